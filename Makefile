@@ -90,7 +90,7 @@ licences: $(READY) ## Ask the installed packages for their licences again, and r
 pictures: page ## Renew the pictures of the documents; those of the panel need chromium
 	@$(BIN)/python docs/make_pictures.py --panel
 
-BENCHMARKS = bench_link simulation serving et recording web wifi marking doors agent stopping studio
+BENCHMARKS = bench_link simulation serving et recording web wifi marking doors agent stopping studio distances tags
 bench: page ## Measure ratios against floors and peers
 	@for name in $(BENCHMARKS); do echo "== $$name"; $(BIN)/python benchmarks/$$name.py || exit 1; done
 

@@ -7,6 +7,7 @@ from dataclasses import fields
 
 from elib.base.body import FASTEST, FASTEST_2, METRES_PER_STEP, SENSOR_DIRECTIONS, step_rate
 from elib.base.infrared import SPACING
+from elib.base.timeofflight import CALIBRATION
 from elib.link.protocol.values import Proximity
 from elib.simulator.emulator.build import MELODIES_AND_TONES, RECORDINGS
 from elib.simulator.physics.profiles import PLACES, PROFILES
@@ -77,7 +78,7 @@ def devices() -> str:
 
 def distances() -> str:
     """Return what the distance sensor reads over the true distance."""
-    rows = [(f"{true:g}", f"{read:.4g}", f"{deviation * 1000:g} mm") for true, read, deviation in distance.CALIBRATION]
+    rows = [(f"{true:g}", f"{read:.4g}", f"{deviation * 1000:g} mm") for true, read, deviation in CALIBRATION]
     return table(("True, m", "Reads, m", "Standard deviation"), rows)
 
 

@@ -51,6 +51,7 @@ WHY = {
     "mcp": "the Model Context Protocol of agents",
     "msgspec": "the messages of recordings, and those between server and page",
     "numba": "compiles the simulator",
+    "opencv-python-headless": "finds tags in pictures",
     "numpy": "arrays: pictures, worlds, tables",
     "pettingzoo": "environments with several agents",
     "pillow": "picture files",

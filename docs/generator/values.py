@@ -58,11 +58,12 @@ def entry(kind: type) -> str:
         parts.append(field_table(told))
     else:
         infos = values.describe(kind, values.Role.NUMBER, values.Role.CONVERTED)
+        if others := [info for info in infos if info.name not in told]:
+            parts.append(fields_of(others))
         if told:
-            rows = ((f"`{info.name}`", info.unit, inline(told[info.name])) for info in infos)
+            units = {info.name: info.unit for info in values.describe(kind)}
+            rows = ((f"`{name}`", units[name], inline(text)) for name, text in told.items())
             parts.append(table(("Field", "Unit", "What it is"), rows))
-        elif infos:
-            parts.append(fields_of(infos))
     methods = []
     for base in reversed(kind.__mro__[:-1]):
         for name, member in vars(base).items():

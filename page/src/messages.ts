@@ -309,7 +309,7 @@ export type NewScene = {
 export type Change = {
   type: "change";
   channel: number;
-  walls?: [number, number, number, number, string, number][];
+  walls?: [number, number, number, number, string, number, number[]][];
   all_boxes?: Box[];
   boxes?: [number, number, number, number][];
   cylinders?: [number, number, number][];
@@ -464,7 +464,7 @@ export type Scene = {
   world: string;
   width: number;
   depth: number;
-  walls: [number, number, number, number, string, number][];
+  walls: [number, number, number, number, string, number, number[]][];
   floor: Floor;
   robots: number;
   radius: number;
@@ -479,7 +479,7 @@ export type Scene = {
   floor_png: string | null;
 };
 
-/** A box: m, rad, and whether it gives way to a robot. */
+/** A box: m, rad, whether it gives way to a robot, and what its sides show, as a wall. */
 export type Box = {
   name: string;
   x: number;
@@ -490,6 +490,7 @@ export type Box = {
   height: number;
   colour: string;
   pushable: boolean;
+  face: number[];
 };
 
 /** A lamp that shines on all sides. */

@@ -32,6 +32,7 @@ from elib.behaviours._run.loop import react as react
 from elib.behaviours._run.play import play as play
 from elib.behaviours._run.states import states as states
 from elib.link.protocol.distances import Distances as Distances
+from elib.link.protocol.distances import Scan as Scan
 from elib.link.protocol.image import Image as Image
 from elib.link.protocol.image import Mounting as Mounting
 from elib.link.protocol.quantities import CameraMode as CameraMode
@@ -87,6 +88,7 @@ from elib.robot.swarms.swarm import swarm as swarm
 from elib.robot.telemetry import BlockingWatch as BlockingWatch
 from elib.robot.telemetry import Watch as Watch
 from elib.robot.waiting import wait as wait
+from elib.simulator.emulator.robotprofile import load_profile as load_profile
 from elib.simulator.physics.batch import Batch as Batch
 from elib.simulator.physics.body import EpuckModel as EpuckModel
 from elib.simulator.physics.controller import Controller as Controller

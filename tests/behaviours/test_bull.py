@@ -6,29 +6,33 @@ import math
 from collections.abc import Callable
 from itertools import pairwise
 
-import numpy as np
 import pytest
 from readings import NAMES, near
 
 from elib.base.errors import ReplyTimeout
 from elib.base.pose import Pose
 from elib.behaviours import RunContext, find, run_behaviour_blocking
-from elib.behaviours._vision import Redness, measure_redness
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.bull import BLOCKED, CROWDED, STEERING, VIEW, Bull, aim, charge, wander, way_out
+from elib.link.protocol.colours import Blob
+from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 from elib.link.protocol.values import Proximity, Wheels
 from elib.robot.blocking import BlockingEpuck, connect
 from elib.testing.inside import transport_of
 
-BLANK = Redness(0.0, math.nan)
+RED, WHITE = b"\xf8\x00", b"\xff\xff"
 
 
-def picture(left: int, right: int) -> Redness:
+def picture(left: int, right: int) -> Blob | None:
     """Return what a picture says whose columns from *left* up to *right* are red, the others white."""
-    pixels = np.full((40, 40, 3), 255, np.uint8)
-    pixels[:, left:right, 1:] = 0
-    return measure_redness(pixels)
+    row = WHITE * left + RED * (right - left) + WHITE * (40 - right)
+    return Image(CameraMode.COLOUR, 40, 40, row * 40).find("red")
+
+
+def seen_at(direction: float) -> Blob:
+    """Return a red area; 1 is at the left edge of the picture, -1 at the right one."""
+    return Blob(320, 0.0, 20.0, 0, 8, 0.2, direction * VIEW / 2, 0.1)
 
 
 def left(state: Callable[[BlockingEpuck, RunContext], str | None], robot: BlockingEpuck, run: RunContext) -> str:
@@ -39,7 +43,7 @@ def left(state: Callable[[BlockingEpuck, RunContext], str | None], robot: Blocki
 
 
 def test_no_red_gives_nothing_to_aim_at() -> None:
-    assert aim(BLANK) is None
+    assert aim(None) is None
     assert aim(picture(0, 1)) is None  # 0.025 of it
 
 
@@ -62,10 +66,10 @@ def test_the_share_of_red_that_is_enough_is_an_option() -> None:
 
 
 def test_a_charge_bends_towards_the_red_and_its_faster_wheel_keeps_the_speed() -> None:
-    assert charge(Redness(0.2, 0.5), speed=0.4) == Wheels(0.4, 0.4)
-    assert charge(Redness(0.2, 0.0), speed=0.4) == Wheels(0.4 * (1 - STEERING), 0.4)
-    assert charge(Redness(0.2, 1.0), speed=0.4) == Wheels(0.4, 0.4 * (1 - STEERING))
-    bends = [(w := charge(Redness(0.2, direction))).left - w.right for direction in (0.0, 0.3, 0.5, 0.8, 1.0)]
+    assert charge(seen_at(0.0), speed=0.4) == pytest.approx(Wheels(0.4, 0.4))
+    assert charge(seen_at(1.0), speed=0.4) == pytest.approx(Wheels(0.4 * (1 - STEERING), 0.4))
+    assert charge(seen_at(-1.0), speed=0.4) == pytest.approx(Wheels(0.4, 0.4 * (1 - STEERING)))
+    bends = [(w := charge(seen_at(direction))).left - w.right for direction in (1.0, 0.4, 0.0, -0.6, -1.0)]
     assert all(a < b for a, b in pairwise(bends))
 
 

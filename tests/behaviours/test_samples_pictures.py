@@ -14,9 +14,7 @@ from played import with_fault
 from elib.base.errors import LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.behaviours._run.pictures import TRIES, draw, image_of, retry, show
-from elib.behaviours._vision import measure_redness
-from elib.behaviours.show_processed_image import red_to_white
-from elib.link.protocol.colours import Grey
+from elib.link.protocol.colours import Grey, Hue, coloured
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 from elib.link.session import Called, Ended, TraceEvent
@@ -82,11 +80,6 @@ def pictures(name: str, url: str = SIM) -> tuple[RunResult, list[Image]]:
 
 
 # -- the pure parts ----------------------------------------------------------------------------------------------------
-
-
-def test_red_becomes_white_and_all_else_black() -> None:
-    pixels = np.array([[[200, 10, 10], [255, 255, 255]], [[0, 0, 0], [100, 70, 70]]], np.uint8)
-    assert red_to_white(pixels).tolist() == [[255, 0], [0, 255]]
 
 
 def test_a_picture_without_colours_is_drawn_by_brightness_every_second_row() -> None:
@@ -195,7 +188,7 @@ def test_three_pictures_show_in_white_what_is_red(folder: Path) -> None:
     assert len(images) == 3
     grey = Grey()
     for number, image in enumerate(images, 1):
-        fraction, _ = measure_redness(image.pixels, grey)
+        fraction = coloured(image.pixels, Hue.RED, grey).mean()
         assert fraction > 0.01
         with Files.open(folder / f"elib-red-{number}.png") as kept:
             white = np.asarray(kept)[::6, ::6]

@@ -11,7 +11,7 @@ from elib.behaviours.calibration_drive import calibration_drive
 from elib.cli import fit, main
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
-from elib.simulator.emulator.robotprofile import load
+from elib.simulator.emulator.robotprofile import load_profile
 from elib.studies import Fitted
 
 
@@ -55,7 +55,7 @@ def test_what_was_found_is_printed_and_the_profile_written(
     assert [line[2:13].strip() for line in out.splitlines() if line[2:3].strip()] == labels
     assert max(map(len, out.splitlines())) <= 79
     assert f"wrote {file}" in err
-    profile = load(str(file))
+    profile = load_profile(str(file))
     assert profile.link is not None
     assert profile.link.latency == pytest.approx(0.03, abs=0.002)
     assert main(["send", "encoders", "--robot", f"sim://square?speed=max&profile={file}"]) == 0

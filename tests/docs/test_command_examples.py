@@ -20,7 +20,7 @@ from elib.robot.actions import Actions
 from elib.robot.blocking import BlockingEpuck
 
 ACTIONS = ("drive", "turn", "go_to", "set_velocity", "pose", "set_pose")
-ACTIONS += ("sensors", "distances", "neighbours", "send_message", "text", "sleep")
+ACTIONS += ("sensors", "distances", "scan", "tags", "neighbours", "send_message", "text", "sleep")
 COMMANDS = {name: inspect.getdoc(getattr(Actions, name)) or "" for name in (*SPECS, *ACTIONS)}
 METHODS = {
     f"robot.{name}": inspect.getdoc(getattr(BlockingEpuck, name)) or ""

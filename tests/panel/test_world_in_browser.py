@@ -1,11 +1,14 @@
 """The page's world in a real browser: it shows the world as it is, and what is done there happens in the world."""
 
 import contextlib
+import io
 import math
 from collections.abc import AsyncIterator
 
+import numpy as np
 import pytest
 import pytest_asyncio
+from PIL import Image
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
@@ -13,6 +16,7 @@ from browser import Opener, Tab, needs_browser
 from panel_rig import panel, virtual_robot
 from world_page_rig import PAINT, ROOM, Rig, watched
 
+from elib.link.protocol.tags import find
 from elib.link.transport import open_transport
 from elib.simulator.worlds.files import load_file
 from shared import needs_page, until
@@ -404,6 +408,40 @@ async def test_the_camera_goes_around_the_world_and_looks_through_that_of_a_robo
     seen = f"{STAGE}.toPixel"
     assert await tab.run(f"{seen}(0.9, 0.7)[0] > {middle} && {seen}(0.7, 0.7)[0] < {middle}")
     assert await tab.run(f"{seen}(0.8, 0.4)[2]") == 0
+
+
+TAGS = """
+[arena]
+size = [1.2, 0.8]
+[[robot]]
+position = [0.3, 0.4]
+[[wall]]
+from = [0.8, 0.5]
+to = [0.8, 0.42]
+height = 0.08
+face = "tag:7"
+[[box]]
+position = [0.84, 0.34]
+size = [0.08, 0.08]
+angle = 20
+height = 0.08
+face = "tag36h11:42"
+pushable = true
+"""
+
+
+async def test_the_page_shows_the_tags_of_walls_and_boxes(open_page, tmp_path):
+    pytest.importorskip("cv2", reason="the extra vision is not installed")
+    async with watched(tmp_path, world=TAGS) as rig, visiting(open_page, rig.url) as tab:
+        await shows_world(tab)
+        await choose(tab, "robot:0")
+        await tab.run(f"{STAGE}.canvas.focus()")
+        await tab.key("v")
+        drawn = await tab.run(f"{STAGE}.drawn")
+        await tab.until(f"{EYE}.checked && {STAGE}.drawn > {drawn}")
+        pixels = np.asarray(Image.open(io.BytesIO(await tab.shot())).convert("RGB"))
+        for family, number in (("16h5", 7), ("36h11", 42)):
+            assert number in [tag.number for tag in find(pixels, 1, 0.06, family)]
 
 
 async def test_a_browser_without_webgl_shows_the_world_from_above(rig, open_page):

@@ -69,7 +69,7 @@ async def test_a_page_is_told_the_scene_and_then_sees_the_robots_where_the_world
     assert scene["names"] == list(rig.control.names) == ["epuck-1", "epuck-2"]
     assert scene["own"] is None
     assert scene["clock"] == {"paused": False, "speed": 1.0, "fixed": ""}
-    assert scene["walls"] == [[0.6, 0.0, 0.6, 0.2, "#204060", 0.1]]
+    assert scene["walls"] == [[0.6, 0.0, 0.6, 0.2, "#204060", 0.1, []]]
     assert scene["boxes"][0]["colour"] == "#d04030"
     assert (scene["boxes"][0]["height"], scene["cylinders"][0]["height"]) == (0.1, 0.1)
     assert scene["boxes"][0]["pushable"] is True

@@ -8,8 +8,9 @@ from itertools import pairwise
 import pytest
 from world_rig import room_of
 
+from elib.base.timeofflight import CALIBRATION, OFFSET, PLACE, biased
 from elib.simulator.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
-from elib.simulator.physics.sensors.distance import CALIBRATION, CONE, OFFSET, PLACE, UNSURE, biased
+from elib.simulator.physics.sensors.distance import CONE, UNSURE
 
 QUIET = EpuckModel(sensor_noise=0, quality="ideal")
 

@@ -14,12 +14,17 @@ from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError
 from elib.behaviours.follow_ball import find_ball
-from elib.link.protocol.colours import MIN_SHARE, Grey, Hue, coloured, find
+from elib.link.protocol.colours import MIN_SHARE, Blob, Grey, Hue, blobs, coloured
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 
 Pixels = NDArray[np.uint8]
 GREY = (120, 120, 120)
+
+
+def find(pixels: Pixels, hue: Hue, *, smallest: float = MIN_SHARE, grey: Grey | None = None) -> Blob | None:
+    """Return the largest area of a colour."""
+    return next(iter(blobs(pixels, hue, float, smallest=smallest, grey=grey)), None)
 
 
 def picture(*spans: tuple[int, int], colour: tuple[int, int, int], room: tuple[int, int, int] = GREY) -> Pixels:
@@ -62,12 +67,21 @@ def test_a_colour_is_judged_beside_the_grey_of_the_picture(gains: tuple[float, f
 
 def test_the_largest_area_that_hangs_together_is_found_and_less_than_half_a_percent_is_noise() -> None:
     blob = find(picture((3, 6), (20, 30), (34, 40), colour=(200, 30, 30)), Hue.RED)
-    assert blob == (200, 24.5, 19.5, 20, 29)
+    assert blob == (200, 24.5, 19.5, 20, 29, 0.125, 24.5, -10.0)
     speck = picture(colour=GREY)
     speck[5, 10:17] = (200, 30, 30)
     assert find(speck, Hue.RED) is None
     speck[6, 16] = (200, 30, 30)
-    assert find(speck, Hue.RED) == (MIN_SHARE * 1600, pytest.approx(13.4, abs=0.1), pytest.approx(5.1, abs=0.1), 10, 16)
+    blob = find(speck, Hue.RED)
+    assert blob is not None
+    assert blob[:5] == (8, pytest.approx(13.4, abs=0.1), pytest.approx(5.1, abs=0.1), 10, 16)
+
+
+def test_all_areas_that_count_come_the_largest_first() -> None:
+    pixels = picture((3, 6), (20, 30), (34, 40), colour=(200, 30, 30))
+    assert [(each.left, each.pixels) for each in blobs(pixels, Hue.RED, float)] == [(20, 200), (34, 120), (3, 60)]
+    assert [each.left for each in blobs(pixels, Hue.RED, float, smallest=0.05)] == [20, 34]
+    assert blobs(pixels, Hue.BLUE, float) == []
 
 
 def test_areas_of_any_shape_are_counted_as_one_by_one() -> None:
@@ -114,7 +128,10 @@ def test_a_pale_thing_that_fills_a_picture_is_not_taken_for_grey_after_others_sh
 def test_an_image_finds_colours_by_name_and_teaches_the_others() -> None:
     red = 25 << 11 | 8 << 5 | 4
     image = Image(CameraMode.COLOUR, 10, 10, (red.to_bytes(2, "big") * 3 + (0x8410).to_bytes(2, "big") * 7) * 10)
-    assert image.find("red") == (30, 1.0, 4.5, 0, 2)
+    red = image.find("red")
+    assert red is not None
+    assert red[:6] == (30, 1.0, 4.5, 0, 2, 0.3)
+    assert (red.bearing, red.width) == (image.bearing(1), image.bearing(-0.5) - image.bearing(2.5))
     assert image.find("Blue") is None
     with pytest.raises(ArgumentError, match="no colour 'pink'") as caught:
         image.find("pink")

@@ -46,7 +46,7 @@ def test_no_signature_has_a_name_in_quotes_or_one_that_only_elib_knows(robot: el
     assert "proximity() -> Proximity of" in repr(robot.proximity)
     for name in [*SPECS, *(name for name in dir(Actions) if not name.startswith("_"))]:
         shown = str(inspect.signature(getattr(robot, name)))
-        assert "'" not in shown
+        assert "'" not in shown.replace("family: str = '16h5'", ""), "a text in quotes is none"
         assert "v." not in shown
 
 

@@ -12,7 +12,7 @@ from elib.records.reader import Recording
 from elib.records.topics import MEASURED, READINGS
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
-from elib.simulator.emulator.robotprofile import RobotProfile, load, write
+from elib.simulator.emulator.robotprofile import RobotProfile, load_profile, write
 from elib.studies.fit import Fitted, fit_robot
 from elib.studies.scores import parity
 
@@ -81,7 +81,7 @@ def test_the_fitted_robot_is_predicted_on_another_drive_within_the_stated_error(
 
 def test_a_profile_survives_its_file(found: Fitted, tmp_path: Path) -> None:
     write(found.profile, tmp_path / "p.toml")
-    again = load(str(tmp_path / "p.toml"))
+    again = load_profile(str(tmp_path / "p.toml"))
     assert again.wheels is not None
     assert found.profile.wheels is not None
     assert again.wheels.axle == pytest.approx(found.profile.wheels.axle, rel=1e-5)

@@ -17,7 +17,7 @@ from elib.simulator.emulator.robotprofile import (
     LinkDelay,
     RobotProfile,
     Wheels,
-    load,
+    load_profile,
     parse,
     write,
     written,
@@ -116,7 +116,7 @@ def test_a_mistake_is_named_with_its_line_and_a_cure(text: str, says: str) -> No
 
 def test_a_missing_file_is_an_error_with_a_hint() -> None:
     with pytest.raises(ArgumentError, match=r"(?s)no-such\.toml cannot be read.*elib fit"):
-        load("no-such.toml")
+        load_profile("no-such.toml")
 
 
 def test_a_profile_cannot_be_written_where_there_is_no_folder(tmp_path: Path) -> None:

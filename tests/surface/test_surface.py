@@ -20,7 +20,9 @@ accelerometer attitude gyroscope magnetometer start_magnetometer temperature dis
 microphones microphone_samples pitch battery selector button sd_card ir_receiver set_led set_body_led set_front_led
 set_rgb_led play_sound set_camera camera image version help_text i2c_read i2c_write i2c_scan
 """.split()
-ACTIONS = """distances drive go_to neighbours pose send_message sensors set_pose set_velocity sleep text turn""".split()
+ACTIONS = """
+distances drive go_to neighbours pose scan send_message sensors set_pose set_velocity sleep tags text turn
+""".split()
 ABSENT = {
     "btcom-1.1.3": "battery button distance gyroscope i2c_read i2c_scan i2c_write magnetometer sd_card"
     " set_distance_sensor set_obstacle_avoidance set_proximity_rate set_rgb_led start_magnetometer temperature",
@@ -43,11 +45,11 @@ def test_the_exported_names_are_these() -> None:
         LinkDenied LinkDown LinkError LinkLost LinkNotFound LocalProtocolError MagneticField Microphones
         MotionBusy MotionError MotionInterrupted Mounting Neighbour NotAnEpuck Outcomes Pending Pitch Pose
         ProtocolError Proximity ProximityRate Reconnecting
-        RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent RunContext Scene SdCard Selector Sensors
-        SimulationError SimulationStalled Snapshot LinkStats Steps Swarm SwarmError Temperature
+        RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent RunContext Scan Scene SdCard Selector
+        Sensors SimulationError SimulationStalled Snapshot LinkStats Steps Swarm SwarmError Temperature
         UnexpectedReset Unsupported Version Watch Wheels World __version__ behaviour connect
-        connect_async find play react read_log read_recording reconnecting really robot_url robot_urls states swarm
-        wait
+        connect_async find load_profile play react read_log read_recording reconnecting really robot_url robot_urls
+        states swarm wait
         """.split()
     )
     assert all(hasattr(elib, name) for name in elib.__all__)

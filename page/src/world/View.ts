@@ -64,6 +64,25 @@ let level = 0; // an index of LEVELS
 let pace = 0; // s for a picture, smoothed
 let judged = 0; // pictures that went into it
 
+/** What one side of a block shows, as thin plates before it: one of white paper, and one for each black cell. */
+function printed(face: number[], [x, y, , angle]: number[], turn: number, long: number, off: number, height: number) {
+  const size = Math.min(long, height),
+    cell = size / face.length,
+    [c, s] = [Math.cos(angle + turn), Math.sin(angle + turn)];
+  const plate = (ink: string, out: number, along: number, up: number, wide: number): Part => {
+    const [right, ahead] = [along - size / 2, -(off + out)]; // as it is seen from there
+    return [ink, [x + c * right - s * ahead, y + s * right + c * ahead, up, angle + turn], wide, 0.0004, wide];
+  };
+  const low = (height - size) / 2,
+    parts = [plate("#ebebeb", 0.0002, size / 2, low, size)];
+  face.forEach((row, down) => {
+    for (let k = 0; k < face.length; k++)
+      if (!((row >> (face.length - 1 - k)) & 1))
+        parts.push(plate("#191919", 0.0006, (k + 0.5) * cell, low + (face.length - 1 - down) * cell, cell));
+  });
+  return parts;
+}
+
 /** The renderer, for pictures of that size; an error where the browser has no WebGL. */
 function rendererOf(width: number, height: number) {
   if (!renderer) {
@@ -266,9 +285,14 @@ export class View extends Stage {
       { matte, lit, pool, flat } = materials,
       [boxPoses, postPoses] = [this.world.shown("box", now), this.world.shown("cylinder", now)],
       [posts, balls]: Part[][] = [[], []];
-    const blocks = [...wall, ...boxes].map(({ x, y, angle, width, depth, height, colour }, at): Part => {
+    const cells: Part[] = [];
+    const blocks = [...wall, ...boxes].map(({ x, y, angle, width, depth, height, colour, face }, at): Part => {
       const k = at - wall.length,
         place = k < 0 ? [x, y, 0, angle] : [boxPoses[3 * k], boxPoses[3 * k + 1], 0, boxPoses[3 * k + 2]];
+      for (let side = 0; face.length && side < 4; side += k < 0 ? 2 : 1) {
+        const [long, off] = side % 2 ? [depth, width / 2] : [width, depth / 2];
+        cells.push(...printed(face, place, (side * Math.PI) / 2, long, off, height));
+      }
       return [colour, place, width, depth, height];
     });
     cylinder.forEach(({ radius, height, colour, pushable }, k) => {
@@ -295,6 +319,7 @@ export class View extends Stage {
         waves.push([colour, [x, y, 0.001], 0.022 + 0.014 * ring]);
     }
     this.fill("blocks", box, matte, blocks);
+    this.fill("cells", box, matte, cells, false);
     this.fill("posts", shapes.post, matte, posts);
     this.fill("balls", shapes.ball, matte, balls);
     this.fill("bulbs", shapes.bulb, lit, bulbs, false);

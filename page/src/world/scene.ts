@@ -44,10 +44,10 @@ const isEqual = (one: ArrayLike<number> | null, other: ArrayLike<number> | null)
 const wrapped = (angle: number) => Math.atan2(Math.sin(angle), Math.cos(angle));
 
 const wallsOf = (walls: Scene["walls"]): Things["wall"] =>
-  walls.map(([x1, y1, x2, y2, colour, height]) => {
+  walls.map(([x1, y1, x2, y2, colour, height, face]) => {
     const [dx, dy] = [x2 - x1, y2 - y1],
       [x, y, angle] = [x1 + dx / 2, y1 + dy / 2, Math.atan2(dy, dx)];
-    return { name: "", x, y, angle, width: Math.hypot(dx, dy) + THICK, depth: THICK, height, colour };
+    return { name: "", x, y, angle, width: Math.hypot(dx, dy) + THICK, depth: THICK, height, colour, face };
   });
 
 /** An angle in whole degrees, 0 to 359. */

@@ -9,7 +9,6 @@ from elib.behaviours._run.context import MachineStarted, RunContext, RunEvent, R
 from elib.behaviours._run.loop import react, react_blocking
 from elib.behaviours._run.play import RunResult, play, run_behaviour, run_behaviour_blocking
 from elib.behaviours._run.states import states
-from elib.behaviours._vision import Redness, measure_redness
 from elib.link.protocol.distances import OpenAir
 from elib.link.protocol.quantities import Quantity
 
@@ -19,7 +18,6 @@ __all__ = [
     "MachineStarted",
     "OpenAir",
     "Quantity",
-    "Redness",
     "RunContext",
     "RunEvent",
     "RunMessage",
@@ -28,7 +26,6 @@ __all__ = [
     "behaviour",
     "behaviours",
     "find",
-    "measure_redness",
     "play",
     "react",
     "react_blocking",

@@ -11,7 +11,6 @@ from typing import Annotated
 
 from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.behaviours._run.loop import SETUP_TIMEOUT
-from elib.link.protocol.colours import Hue, find
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode, LedAction
 from elib.link.protocol.values import Wheels
@@ -36,7 +35,7 @@ PERIOD = 0.25
 
 def sees_another(picture: Image) -> bool:
     """Return whether a picture shows the LEDs of a robot: an area, for what is red here and there is noise."""
-    return find(picture.pixels, Hue.RED, smallest=SIGHT, grey=picture.grey) is not None
+    return bool(picture.blobs("red", smallest=SIGHT))
 
 
 def aggregate(sees_another: bool, *, pace: float = 0.5) -> Wheels:

@@ -17,8 +17,9 @@ from elib.base.body import SENSOR_DIRECTIONS, camera_view
 from elib.base.errors import ElibError
 from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, states
 from elib.behaviours._run.loop import SETUP_TIMEOUT
-from elib.behaviours._vision import Redness, measure_redness
 from elib.behaviours.avoid import STANDING
+from elib.link.protocol.colours import Blob
+from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 from elib.link.protocol.values import Proximity, Wheels
 from elib.robot.blocking import BlockingEpuck
@@ -63,24 +64,24 @@ PAUSE = 1.0
 """s between two readings while there is no way out."""
 
 
-def aim(seen: Redness, *, red: float = 0.04) -> float | None:
+def aim(seen: Blob | None, *, red: float = 0.04) -> float | None:
     """Return the turn, rad, that brings the red ahead; None if there is too little red.
 
     Args:
-        seen: How red the picture is, and where.
-        red: Fraction of red pixels that is enough.
+        seen: The largest red area of the picture.
+        red: Share of the picture that is enough.
     """
-    return None if seen.fraction < red else (0.5 - seen.direction) * VIEW
+    return None if seen is None or seen.share < red else seen.bearing
 
 
-def charge(seen: Redness, *, speed: float = 0.4) -> Wheels:
+def charge(seen: Blob, *, speed: float = 0.4) -> Wheels:
     """Return the wheels' speeds, rev/s, that lead into the red.
 
     Args:
-        seen: How red the picture is, and where; there must be some red.
+        seen: The largest red area of the picture.
         speed: Speed of the faster wheel, rev/s.
     """
-    bend = 2 * STEERING * (seen.direction - 0.5)  # to the right if positive
+    bend = -STEERING * seen.bearing / (VIEW / 2)  # to the right if positive
     return Wheels(speed * (1 + min(0.0, bend)), speed * (1 - max(0.0, bend)))
 
 
@@ -117,7 +118,7 @@ class Bull:
 
     Args:
         speed: Speed of a charge, rev/s.
-        red: Fraction of red pixels that begins a charge.
+        red: Share of the picture that the red takes when a charge begins.
     """
 
     def __init__(self, speed: float, red: float) -> None:
@@ -148,10 +149,10 @@ class Bull:
         if self._pictures_left == 0:
             self._scanned_at = robot.time
             return "wandering"
-        seen = self._look(robot, run, STANDING)
-        if seen is None:
+        picture = self._look(robot, run, STANDING)
+        if picture is None:
             return None
-        turn = aim(seen, red=self._red)
+        turn = aim(picture.find("red"), red=self._red)
         if turn is not None:
             run.wait_for(robot.begin.turn(turn))
             self._best, self._grew_at = 0.0, robot.time
@@ -162,13 +163,14 @@ class Bull:
 
     def charging(self, robot: BlockingEpuck, run: RunContext) -> str | None:
         """Drive to the red of the last picture, take another meanwhile, and go on as long as the red grows."""
-        seen = self._look(robot, run, self._take_wheels())
-        if seen is None:
+        picture = self._look(robot, run, self._take_wheels())
+        if picture is None:
             return None
-        if seen.fraction < HYSTERESIS * self._red:
+        seen = picture.find("red")
+        if seen is None or seen.share < HYSTERESIS * self._red:
             return "searching"
-        if seen.fraction > GROWTH * self._best:
-            self._best, self._grew_at = seen.fraction, robot.time
+        if seen.share > GROWTH * self._best:
+            self._best, self._grew_at = seen.share, robot.time
         if robot.time - self._grew_at > CHARGE_TIMEOUT:
             return "backing"
         self._wheels = charge(seen, speed=self._speed)
@@ -219,7 +221,7 @@ class Bull:
         wheels, self._wheels = self._wheels, STANDING
         return wheels
 
-    def _look(self, robot: BlockingEpuck, run: RunContext, wheels: Wheels) -> Redness | None:
+    def _look(self, robot: BlockingEpuck, run: RunContext, wheels: Wheels) -> Image | None:
         """Drive at these speeds and take a picture meanwhile; return None if the run is over."""
         driving = robot.begin.set_speed(*wheels)
         looking = robot.begin.image()
@@ -231,8 +233,8 @@ class Bull:
         picture = run.wait_for(looking)
         if picture is not None and (picture.width, picture.height, picture.mode) != (*self._size, CameraMode.COLOUR):
             self._set_camera(robot)  # The robot restarted and lost its settings.
-            picture = run.wait_for(robot.begin.image())
-        return None if picture is None else measure_redness(picture.pixels, picture.grey)
+            return run.wait_for(robot.begin.image())
+        return picture
 
 
 @behaviour(world="red-boxes", reconnects=True, group="samples of 2011")
@@ -247,8 +249,8 @@ def run_at_red(robot: BlockingEpuck, run: RunContext, *, speed: Speed = 0.4, red
         robot: The bull.
         run: The run.
         speed: Speed of the charge.
-        red: Fraction of red pixels that begins a charge. 0.04 is a box of 8 cm more than a metre away, 0.3 (as in 2011)
-            one 40 cm away. Take more if the floor or the furniture is reddish.
+        red: Share of the picture that red takes when a charge begins. 0.04 is a box of 8 cm more than a metre away, 0.3
+            (as in 2011) one 40 cm away. Take more if the floor or the furniture is reddish.
     """
     bull = Bull(speed, red)
     machine = states(

@@ -10,7 +10,7 @@ from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react
 from elib.behaviours._run.loop import SETUP_TIMEOUT
 from elib.behaviours.avoid import STANDING, avoid
 from elib.behaviours.braitenberg import add_avoidance
-from elib.link.protocol.colours import Hue, find
+from elib.link.protocol.colours import Hue
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 from elib.link.protocol.values import Proximity, Wheels
@@ -68,12 +68,12 @@ def find_ball(picture: Image, hue: Hue = Hue.ORANGE, *, diameter: float = 0.065)
     """
     half = max(ROWS * ZOOM // picture.zoom, ROWS) // 2
     middle = picture.height // 2
-    blob = find(picture.pixels[max(0, middle - half) : middle + half], hue, smallest=FEWEST, grey=picture.grey)
-    if blob is None:
+    found = picture.blobs(hue, smallest=FEWEST, rows=slice(max(0, middle - half), middle + half))
+    if not found:
         return None
-    left, right = picture.bearing(blob.left - 0.5), picture.bearing(blob.right + 0.5)
+    blob = found[0]
     is_cut = (blob.left == 0) != (blob.right == picture.width - 1)
-    return Ball((left + right) / 2, diameter / 2 / math.sin((left - right) / 2), is_cut)
+    return Ball(picture.bearing(blob.left - 0.5) - blob.width / 2, diameter / 2 / math.sin(blob.width / 2), is_cut)
 
 
 def approach(ball: Ball, *, distance: float = 0.15, cruise: float = 0.6, gap: float = PERIOD) -> Wheels:

@@ -2,31 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from elib.behaviours import RunContext, behaviour
 from elib.behaviours._run.pictures import image_of, retry, show
-from elib.link.protocol.colours import Grey, Hue, coloured
+from elib.link.protocol.colours import Hue, coloured
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 from elib.robot.blocking import BlockingEpuck
 
-if TYPE_CHECKING:
-    import numpy
-    from numpy.typing import NDArray
-
 PICTURES = 3
 WHITE = 255
-
-
-def red_to_white(pixels: NDArray[numpy.uint8], grey: Grey | None = None) -> NDArray[numpy.uint8]:
-    """Return a grey picture, white where *pixels* are red and black elsewhere.
-
-    Args:
-        pixels: Shape (height, width, 3) in red, green, blue.
-        grey: What earlier pictures of the robot told.
-    """
-    return coloured(pixels, Hue.RED, grey).astype("u1") * WHITE
 
 
 @behaviour(world="red-boxes", group="samples of 2011")
@@ -47,7 +31,7 @@ def show_processed_image(robot: BlockingEpuck, run: RunContext) -> None:
         image = retry(run, look)
         if image is None:
             return
-        white = red_to_white(image.pixels, image.grey)
+        white = coloured(image.pixels, Hue.RED, image.grey).astype("u1") * WHITE
         fraction = float((white == WHITE).mean())
         run.say(f"picture {number}: {fraction:.0%} of it is red")
         show(run, white, f"elib-red-{number}.png")

@@ -14,7 +14,7 @@ from elib.cli import reality as beside
 from elib.cli.arguments import AsJson, option
 from elib.cli.terminal import LiveLine, grid, json_line, table
 from elib.records.reader import Recording, read_recording
-from elib.simulator.emulator.robotprofile import load as load_profile
+from elib.simulator.emulator.robotprofile import load_profile
 from elib.simulator.physics import Scene, Snapshot, World
 from elib.simulator.worlds.files import parse
 from elib.studies import comparison

@@ -47,6 +47,7 @@ COMMANDS = {
     "agent": "Let an agent drive robots by the Model Context Protocol.",
     "simulate": "Offer virtual robots on serial ports, TCP ports or Wi-Fi.",
     "world": "List the worlds that come with elib, show one, check your own.",
+    "tags": "Write a sheet of AprilTags to print.",
     "lab": "Copy a lab, and check a program against its goals.",
     "evolve": "Let controllers evolve for a task, on all cores or a cluster.",
     "transfer": "Run a learned controller in stages from physics to a robot.",

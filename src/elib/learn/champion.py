@@ -35,6 +35,7 @@ from elib.base.errors import Unsupported
 from elib.base.files import read_file, write_file
 from elib.base.rules import Mistake, Number, Rule, Several, Text, Whole, check
 from elib.base.tables import MAX_FILE, Table, keys_of, read_toml
+from elib.base.timeofflight import unbiased
 from elib.behaviours import Behaviour, BehaviourStyle, OpenAir, RunContext, react
 from elib.learn.catalogue import find_task
 from elib.learn.networks import Law, Network, find_controller
@@ -44,16 +45,11 @@ from elib.robot.swarms.fanout import in_parallel, raise_first
 from elib.robot.swarms.swarm import Swarm
 from elib.simulator.physics.body import GRAVITY
 from elib.simulator.physics.controller import MAX_MEMORY
-from elib.simulator.physics.elementary import interpolated
 from elib.simulator.physics.records import SENSORS, SensorView
-from elib.simulator.physics.sensors.distance import CALIBRATION
 from elib.simulator.physics.task import FASTEST, Task
 
 COMMANDS: Final = {sensor: sensor for sensor in SENSORS} | {"acceleration": "accelerometer", "rotation": "gyroscope"}
 """The command that reads each sensor."""
-
-TRUE_DISTANCE: Final = tuple((reading, true) for true, reading, _ in CALIBRATION)
-"""What the time-of-flight sensor reads, m, and the true distance: the physics gives controllers the latter."""
 
 CHECKING: Final = 3.0
 """s for a reading before the robot moves; it is asked for again if an answer is lost."""
@@ -268,7 +264,7 @@ def _seen(sensor: str, reading: Any) -> Any:
         case "ground" | "microphones":
             return list(reading.counts)
         case "distance":
-            return interpolated(TRUE_DISTANCE, reading.metres)
+            return unbiased(reading.metres)  # as the physics gives it to controllers
         case "acceleration":
             left, forward, up = reading.g  # As the robot's axes lie (e-puck.md, 6).
             return [GRAVITY * forward, GRAVITY * left, GRAVITY * up]

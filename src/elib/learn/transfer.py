@@ -30,7 +30,7 @@ from elib.learn.champion import Champion
 from elib.learn.executor import Executor, open_executor
 from elib.learn.linked import can_be_measured, play_on_robot, play_on_wire
 from elib.simulator.emulator.firmware import FIRMWARES, WIFI_FIRMWARES
-from elib.simulator.emulator.robotprofile import load as load_profile
+from elib.simulator.emulator.robotprofile import load_profile
 from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.physics import Episodes, EpuckModel, Randomisation, Task
 from elib.simulator.physics.noise import spread_between

@@ -3,31 +3,40 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import functools
 import inspect
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, runtime_checkable
 
-from elib.base.errors import Unsupported, about
+from elib.base.body import AXLE, METRES_PER_STEP, SENSOR_DIRECTIONS
+from elib.base.errors import ArgumentError, LinkLost, RemoteProtocolError, ReplyTimeout, Unsupported, about
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.context import Context
 from elib.link.protocol.profiles import FIRMWARES
-from elib.link.protocol.quantities import Quantity, Seconds
+from elib.link.protocol.quantities import Quantity, Seconds, TagSize
 from elib.link.protocol.raw import text_request
 from elib.link.protocol.styles import action
 from elib.link.protocol.table import WheelEffect, without_example
 from elib.link.protocol.values import Neighbour, Sensors
 from elib.link.session import Robot, check_timeout
-from elib.robot.motion import Motions
-from elib.robot.polling import sensor_polls
+from elib.robot.motion import Motions, Mover, TurnRate, checked
+from elib.robot.polling import polls, sensor_polls
 
 if TYPE_CHECKING:
-    from elib.link.protocol.distances import Distances
+    from elib.link.protocol.distances import Distances, Scan
+    from elib.link.protocol.tags import Tag
 
 ASKING_TIME = 0.002
 """s that a question about neighbours takes, like a short command on the line. Without it, simulated time would stand
 still for a program that asks nothing else."""
+
+SCAN_RATE = 1.0
+"""rad/s: a link that takes 0.08 s for a look then lets each sensor look twice in each direction of a scan."""
+
+Reflectance = Annotated[float, Quantity("reflectance", "", 0.05, 1, scale=100)]
 
 
 @runtime_checkable
@@ -41,6 +50,23 @@ class Messenger(Protocol):
     def neighbours(self) -> tuple[Neighbour, ...]:
         """Return the robots that it hears."""
         ...
+
+
+async def _look(robot: Robot, reflectance: float, gains: Sequence[float] | None) -> Distances:
+    """Read the sensors that measure distances."""
+    from elib.link.protocol.distances import OpenAir, distances  # here: most programs read counts
+
+    reflects = checked(Reflectance, "reflectance", reflectance)
+    if gains is not None and len(gains) != len(SENSOR_DIRECTIONS):
+        raise ArgumentError(f"gains has {len(gains)} numbers; it must have 8, one for each infrared sensor")
+    context, found = robot.context, dict[str, Any]()
+    names = [name for name in ("proximity", "distance") if name not in context.profile.absent]
+    for poll in polls(names, context, "distances()"):
+        answer = await robot.execute(poll.request, poll.request.timeout)
+        found |= poll.readings(answer)
+    context.open_air = context.open_air or OpenAir()
+    near = context.open_air(found["proximity"])
+    return distances(near, gains=gains, reflectance=reflects, flight=found.get("distance"))
 
 
 def _messenger(robot: Robot) -> Messenger:
@@ -76,22 +102,96 @@ class Actions(Motions):
         return Sensors(**found, **context.stamp)
 
     @action
-    async def distances(self: Robot) -> Distances:
+    async def distances(
+        self: Robot, *, reflectance: Reflectance = 1.0, gains: Sequence[float] | None = None
+    ) -> Distances:
         """Return how far away things are by the infrared sensors, m; infinite where nothing is near.
 
         What a sensor read at least since the link was opened counts as nothing near. So a robot that begins beside a
-        wall sees it only after it has been away from it, or after :meth:`calibrate_proximity` in an open place.
+        wall sees it only after it has been away from it, or after :meth:`calibrate_proximity` in an open place. No two
+        sensors see a wall alike; ``errors`` says how sure each distance is. An e-puck2 reads its time-of-flight sensor
+        too.
+
+        Args:
+            reflectance: What the things around send back, 0.05 to 1: 1 is a white wall. As in the files of worlds.
+            gains: Factor of each sensor on the usual light, which makes the distances surer: what ``elib fit`` found,
+                ``elib.load_profile("robot.toml").infrared_gains``.
 
         Example:
             >>> robot.distances().nearest
             inf
         """
-        from elib.link.protocol.distances import OpenAir, distances  # here: most programs read counts
+        return await _look(self, reflectance, gains)
 
-        request = Actions.proximity.spec.request(self.context)
-        near = await self.execute(request, request.timeout)
-        self.context.open_air = self.context.open_air or OpenAir()
-        return distances(self.context.open_air(near))
+    @action
+    async def scan(
+        self: Mover,
+        *,
+        turn_rate: TurnRate = SCAN_RATE,
+        reflectance: Reflectance = 1.0,
+        gains: Sequence[float] | None = None,
+    ) -> Scan:
+        """Turn once round on the spot, look around meanwhile, and return a ring of ranges.
+
+        All infrared sensors look in all directions, so the ranges are surer than one of :meth:`distances`, and the
+        glitches of a moving e-puck2 do not count. What its infrared sensors do not see, its time-of-flight sensor does.
+        It takes 7 s on a quick link.
+
+        Args:
+            turn_rate: The fastest turn rate, rad/s, up to 4.86. A slower turn looks more often.
+            reflectance: As for :meth:`distances`.
+            gains: As for :meth:`distances`.
+
+        Example:
+            >>> scan = robot.scan()
+            >>> len(scan.ranges), scan.points
+            (36, [])
+        """
+        from elib.link.protocol.distances import scan
+
+        fastest = checked(TurnRate, "turn_rate", turn_rate)
+        odometry, looks, headings = self.motion.odometry, [], []
+        start = odometry.pose.heading - (odometry.right - odometry.left) * METRES_PER_STEP / AXLE
+
+        def note() -> None:
+            turned = (odometry.right - odometry.left) * METRES_PER_STEP / AXLE
+            headings.append((odometry.pose.time, start + turned))
+
+        async def look() -> None:
+            note()
+            with contextlib.suppress(ReplyTimeout, RemoteProtocolError, LinkLost):  # the motion knows when to give up
+                looks.append(await _look(self, reflectance, gains))
+
+        note()
+        looks.append(await _look(self, reflectance, gains))  # standing: nothing turns if an argument is wrong
+        async with self.motion.under_way(self, "scan()"):
+            await self.motion.turn(self, math.tau, fastest, look)
+        note()
+        return scan(odometry.pose, headings, looks)
+
+    @action
+    async def tags(self: Robot, size: TagSize, *, family: str = "16h5") -> list[Tag]:
+        """Take a picture and return the AprilTags in it, the nearest first. Needs the extra ``vision``.
+
+        Each has its number, its distance from the camera, m, its bearing, rad, and how sure both are. ``elib tags``
+        prints them. A narrower view shows them from farther away: ``robot.set_camera(56, 56, 4, "grey")``.
+
+        Args:
+            size: Side of the black square, m, 0.005 to 1.
+            family: ``16h5`` or ``36h11``.
+
+        Raises:
+            ArgumentError: There is no such family.
+            Unsupported: The extra ``vision`` is not installed.
+
+        Example:
+            >>> robot.tags(0.06)
+            []
+        """
+        side = checked(TagSize, "size", size)
+        request = Actions.image.spec.request(self.context)
+        picture = await self.execute(request, request.timeout)
+        return picture.tags(side, family=family)
 
     @action
     async def neighbours(self: Robot) -> tuple[Neighbour, ...]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import math
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Annotated, Any, ParamSpec, Protocol, TypeVar, get_args
 
 from elib.base.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
@@ -36,6 +36,8 @@ from elib.robot.odometry import EVENTS, Odometry
 
 P = ParamSpec("P")
 T = TypeVar("T")
+
+Look = Callable[[], Awaitable[None]]
 
 FASTEST = STEPS_PER_REVOLUTION * METRES_PER_STEP
 """m/s: one turn of a wheel a second, the firmware's limit."""
@@ -217,10 +219,10 @@ class Motion:
         done = " and ".join(parts) or "nothing driven"
         return ReplyTimeout(f"{ended}: {done}; {stands}", request=name)
 
-    async def turn(self, mover: Mover, angle: float, turn_rate: float) -> None:
+    async def turn(self, mover: Mover, angle: float, turn_rate: float, look: Look | None = None) -> None:
         """Turn on the spot by *angle*, rad, positive to the left, at *turn_rate* rad/s at most."""
         way = angle * AXLE / 2
-        await self.roll(mover, -way, way, turn_rate * AXLE / 2)
+        await self.roll(mover, -way, way, turn_rate * AXLE / 2, look)
 
     async def go(self, mover: Mover, x: float, y: float, speed: float, turn_rate: float) -> None:
         """Turn towards a place, m, and drive there in a straight line; again if the first heading missed it."""
@@ -236,8 +238,10 @@ class Motion:
             way = math.hypot(x - pose.x, y - pose.y)
             await self.roll(mover, way, way, speed)
 
-    async def roll(self, mover: Mover, left: float, right: float, speed: float) -> None:
+    async def roll(self, mover: Mover, left: float, right: float, speed: float, look: Look | None = None) -> None:
         """Roll the rims of the wheels by *left* and *right* metres, each at *speed* m/s at most.
+
+        Before each reading of the counters *look* is awaited.
 
         Raises:
             MotionInterrupted: Another call drove or stopped the wheels.
@@ -277,6 +281,8 @@ class Motion:
             elif ways == (0, 0) and wanted == (0, 0) and is_checked:
                 return
             began = asyncio.get_running_loop().time()
+            if look is not None:
+                await look()
             is_checked = await self.try_counters(mover) and wheels == (0, 0)
             self._check_not_interrupted()
             await asyncio.sleep(max(0.0, began + PERIOD - asyncio.get_running_loop().time()))
@@ -386,8 +392,8 @@ class Motions(Commands):
             >>> round(pose.x, 3)
             0.1
         """
-        way = _checked(Distance, "distance", distance)
-        fastest = _checked(Speed, "speed", speed)
+        way = checked(Distance, "distance", distance)
+        fastest = checked(Speed, "speed", speed)
         async with self.motion.under_way(self, f"drive({distance})"):
             await self.motion.roll(self, way, way, fastest)
         return self.motion.odometry.pose
@@ -407,8 +413,8 @@ class Motions(Commands):
             >>> round(math.degrees(pose.heading))
             90
         """
-        rotation = _checked(Angle, "angle", angle)
-        fastest = _checked(TurnRate, "turn_rate", turn_rate)
+        rotation = checked(Angle, "angle", angle)
+        fastest = checked(TurnRate, "turn_rate", turn_rate)
         async with self.motion.under_way(self, f"turn({angle})"):
             await self.motion.turn(self, rotation, fastest)
         return self.motion.odometry.pose
@@ -447,9 +453,9 @@ class Motions(Commands):
             x, y, heading = goal.x, goal.y, goal.heading
         elif y is None:
             raise ArgumentError("go_to() needs y as well", hint="robot.go_to(0.3, 0.2), m, or robot.go_to(pose)")
-        place = _checked(Coordinate, "x", x), _checked(Coordinate, "y", y)
-        end = None if heading is None else _checked(Angle, "heading", heading)
-        fastest, turn_rate_limit = _checked(Speed, "speed", speed), _checked(TurnRate, "turn_rate", turn_rate)
+        place = checked(Coordinate, "x", x), checked(Coordinate, "y", y)
+        end = None if heading is None else checked(Angle, "heading", heading)
+        fastest, turn_rate_limit = checked(Speed, "speed", speed), checked(TurnRate, "turn_rate", turn_rate)
         async with self.motion.under_way(self, f"go_to({x}, {y})"):
             await self.motion.go(self, *place, fastest, turn_rate_limit)
             if end is not None:
@@ -474,7 +480,7 @@ class Motions(Commands):
             >>> robot.speed()
             Wheels(left=0.285, right=0.491)
         """
-        ahead, turning = _checked(SignedSpeed, "speed", speed), _checked(SignedTurnRate, "turn_rate", turn_rate)
+        ahead, turning = checked(SignedSpeed, "speed", speed), checked(SignedTurnRate, "turn_rate", turn_rate)
         left, right = ((ahead + side * turning * AXLE / 2) / FASTEST for side in (-1, 1))
         if max(abs(left), abs(right)) > 1:
             raise ArgumentError(
@@ -516,15 +522,15 @@ class Motions(Commands):
             >>> round(robot.drive(0.1).y, 3)
             0.4
         """
-        place = _checked(Coordinate, "x", x), _checked(Coordinate, "y", y)
-        direction = _checked(Angle, "heading", heading)
+        place = checked(Coordinate, "x", x), checked(Coordinate, "y", y)
+        direction = checked(Angle, "heading", heading)
         await self.motion.read_counters_for(self, f"set_pose({x}, {y}, {heading})")
         self.motion.odometry.pose = Pose(
             *place, math.remainder(direction, math.tau), time=self.motion.odometry.pose.time
         )
 
 
-def _checked(kind: Any, name: str, value: object) -> float:
+def checked(kind: Any, name: str, value: object) -> float:
     """Return *value* as a number in the range of *kind*.
 
     Raises:

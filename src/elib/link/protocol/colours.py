@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from elib.base.errors import ArgumentError
@@ -35,7 +36,7 @@ class Hue(enum.IntEnum):
 
 
 class Blob(NamedTuple):
-    """The largest area of one colour in a picture.
+    """An area of one colour in a picture.
 
     Attributes:
         pixels: How many it has.
@@ -43,6 +44,9 @@ class Blob(NamedTuple):
         row: The mean of their rows; 0 is the upper one.
         left: Its first column.
         right: Its last column.
+        share: Share of the picture that it takes, 0 to 1.
+        bearing: Direction in which the camera sees its middle column, rad from straight ahead, positive to the left.
+        width: Angle from its left to its right edge, rad.
     """
 
     pixels: int
@@ -50,6 +54,9 @@ class Blob(NamedTuple):
     row: float
     left: int
     right: int
+    share: float
+    bearing: float
+    width: float
 
 
 class Grey:
@@ -146,28 +153,34 @@ MIN_SHARE: Final = 0.005
 """Share of a picture that a thing takes at least: 8 pixels of 40 x 40."""
 
 
-def hue_named(name: str) -> Hue:
+def hue_named(name: str | Hue) -> Hue:
     """Return the hue of this name, in lower or upper case.
 
     Raises:
         ArgumentError: There is none.
     """
     try:
-        return Hue[name.upper()]
+        return name if isinstance(name, Hue) else Hue[name.upper()]
     except (KeyError, AttributeError):
         choices = ", ".join(each.name.lower() for each in Hue)
         raise ArgumentError(f"there is no colour {name!r}", hint=f"choose one of {choices}") from None
 
 
-def find(
-    pixels: NDArray[numpy.uint8], hue: Hue, *, smallest: float = MIN_SHARE, grey: Grey | None = None
-) -> Blob | None:
-    """Return the largest area of one colour in a picture; None if there is none.
+def blobs(
+    pixels: NDArray[numpy.uint8],
+    hue: Hue,
+    bearing: Callable[[float], float],
+    *,
+    smallest: float = MIN_SHARE,
+    grey: Grey | None = None,
+) -> list[Blob]:
+    """Return the areas of one colour in a picture, the largest first.
 
     Args:
         pixels: A picture of shape (height, width, 3) in red, green, blue, 0 to 255.
         hue: Hue of the colour.
-        smallest: Share of the picture that it takes at least, 0 to 1.
+        bearing: Returns in which direction a column is, rad.
+        smallest: Share of the picture that each takes at least, 0 to 1.
         grey: What earlier pictures of the same robot told.
 
     Raises:
@@ -177,18 +190,21 @@ def find(
 
     mask = coloured(pixels, hue, grey)
     first, last, area = _areas(mask)
-    if not len(area):
-        return None
     sizes = np.bincount(area, weights=last - first)
-    largest = int(sizes.argmax())
-    if sizes[largest] < smallest * mask.size:
-        return None
-    first, last = first[area == largest], last[area == largest]
-    row, left = np.divmod(first, mask.shape[1] + 1)
-    lengths = last - first
-    right = left + lengths - 1
-    column, row = (np.average(each, weights=lengths) for each in ((left + right) / 2, row))
-    return Blob(int(lengths.sum()), float(column), float(row), int(left.min()), int(right.max()))
+    found = []
+    for number in np.argsort(-sizes, kind="stable"):
+        if not sizes[number] or sizes[number] < smallest * mask.size:
+            break
+        begin, end = first[area == number], last[area == number]
+        row, left = np.divmod(begin, mask.shape[1] + 1)
+        lengths = end - begin
+        right = left + lengths - 1
+        column, row = (float(np.average(each, weights=lengths)) for each in ((left + right) / 2, row))
+        ends = int(left.min()), int(right.max())
+        sides = bearing(ends[0] - 0.5), bearing(ends[1] + 0.5)
+        size = int(sizes[number])
+        found.append(Blob(size, column, row, *ends, size / mask.size, bearing(column), sides[0] - sides[1]))
+    return found
 
 
 def coloured(pixels: NDArray[numpy.uint8], hue: Hue, grey: Grey | None = None) -> Mask:

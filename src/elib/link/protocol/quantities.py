@@ -131,6 +131,8 @@ PixelMode = Annotated[
     CameraMode | int | str,
     Quantity("camera_mode", "", 0, 1, names=enum.IntEnum("PictureMode", {"GREY": 0, "COLOUR": 1, "COLOR": 1})),
 ]
+TAG_SIZE = Quantity("tag_size", "m", 0.005, 1, scale=1e6)
+TagSize = Annotated[float, TAG_SIZE]
 I2cDevice = Annotated[int, Quantity("i2c_device", "", 0, 254, choices=range(0, 255, 2))]
 Byte = Annotated[int, Quantity("byte", "", 0, 255)]
 Rate = Annotated[ProximityRate | int | str, Quantity("proximity_rate", "", 0, 2, names=ProximityRate)]

@@ -21,6 +21,7 @@ from msgspec import UNSET, Struct, UnsetType
 
 from elib.base.errors import ArgumentError
 from elib.base.pictures import as_address
+from elib.base.tags import face_cells
 from elib.panel.server.conversation import Told
 from elib.panel.server.page import Page, Stream, Wish
 from elib.simulator import physics
@@ -39,12 +40,13 @@ RATE = 25.0
 """Frames a second of the wall clock, at most."""
 
 _Thing = TypeVar("_Thing")
-Walls = list[tuple[float, float, float, float, str, float]]
-"""x1, y1, x2, y2, the colour and the height of each."""
+Walls = list[tuple[float, float, float, float, str, float, list[int]]]
+"""x1, y1, x2, y2, the colour, the height and the face of each: the rows of cells that it shows, from above, with a bit
+for each cell, the right one the lowest, 1 if it is white."""
 
 
 class Box(Struct):
-    """A box: m, rad, and whether it gives way to a robot."""
+    """A box: m, rad, whether it gives way to a robot, and what its sides show, as a wall."""
 
     name: str
     x: float
@@ -55,6 +57,7 @@ class Box(Struct):
     height: float
     colour: str
     pushable: bool
+    face: list[int]
 
 
 class Cylinder(Struct):
@@ -333,11 +336,16 @@ def readings(control: Control, snapshot: Snapshot, robot: int, channel: int = 0)
 
 
 def _walls(snapshot: Snapshot) -> Walls:
-    return [(wall.x1, wall.y1, wall.x2, wall.y2, str(wall.colour), wall.height) for wall in snapshot.walls]
+    return [(w.x1, w.y1, w.x2, w.y2, str(w.colour), w.height, _face(w.face)) for w in snapshot.walls]
+
+
+def _face(face: str) -> list[int]:
+    return [sum(each << place for place, each in enumerate(reversed(row))) for row in face_cells(face)]
 
 
 def _box(box: physics.Box) -> Box:
-    return Box(box.name, box.x, box.y, box.angle, box.width, box.depth, box.height, str(box.colour), box.is_pushable)
+    size = box.width, box.depth, box.height
+    return Box(box.name, box.x, box.y, box.angle, *size, str(box.colour), box.is_pushable, _face(box.face))
 
 
 def _post(post: physics.Cylinder) -> Cylinder:

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
+from elib.base.curves import interpolated
 from elib.base.rules import Number
-from elib.simulator.physics.elementary import interpolated
 
 CAPACITY: Final = 5.0 * 3600
 """J. 5 Wh."""

@@ -28,16 +28,17 @@ import math
 import os
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from statistics import fmean
 from typing import Annotated, cast
 
 from elib.base.body import AXLE, WHEEL_DIAMETER
+from elib.base.curves import interpolated
 from elib.base.files import read_file, write_file
-from elib.base.infrared import MAX_LIGHT, response_table
+from elib.base.infrared import MAX_LIGHT, response_table, usual_light
 from elib.base.rules import Delay, Number, Rule, Several, Text, is_number
 from elib.base.tables import MAX_FILE, Table, keys_of, read_toml
 from elib.simulator.physics import profiles
 from elib.simulator.physics.body import EpuckModel
-from elib.simulator.physics.elementary import interpolated
 
 NOMINAL_RADIUS = WHEEL_DIAMETER / 2
 """m (e-puck.org)."""
@@ -170,6 +171,14 @@ class RobotProfile:
     link: LinkDelay | None = None
     infrared: Infrared | None = None
 
+    @property
+    def infrared_gains(self) -> tuple[float, ...] | None:
+        """Factor of each infrared sensor on the usual light, from 1 to 5 cm; None if it was not fitted."""
+        if self.infrared is None:
+            return None
+        level = fmean(self.infrared.counts(each) / usual_light(each) for each in (0.01, 0.02, 0.03, 0.04, 0.05))
+        return tuple(level * gain for gain in self.infrared.gains)
+
     def model(self, model: EpuckModel) -> EpuckModel:
         """Return a world's *model* with what this profile says of all its robots.
 
@@ -200,7 +209,7 @@ TABLES = (
 """In the order of the reference page."""
 
 
-def load(path: str) -> RobotProfile:
+def load_profile(path: str) -> RobotProfile:
     """Read a profile.
 
     Args:

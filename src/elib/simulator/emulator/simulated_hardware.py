@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from elib.base.body import METRES_PER_STEP, MICROPHONE_RATE
 from elib.base.errors import ArgumentError
 from elib.base.rules import Whole
+from elib.base.timeofflight import biased
 from elib.link.protocol.camera import SENSOR_HEIGHT, SENSOR_WIDTH, CameraWindow
 from elib.link.protocol.image import Mounting, check_mounting
 from elib.link.protocol.pitch import sent_samples
@@ -30,7 +31,7 @@ from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, RobotProfile
 from elib.simulator.physics import Colour, Lamps, World
 from elib.simulator.physics.body import GRAVITY
 from elib.simulator.physics.noise import HARD_IRON, MAGNETOMETER, gauss, tick_key
-from elib.simulator.physics.sensors.distance import REACH, biased
+from elib.simulator.physics.sensors.distance import REACH
 
 if TYPE_CHECKING:
     import numpy as np

@@ -24,8 +24,7 @@ from elib.simulator.emulator.fixed_hardware import FixedHardware
 from elib.simulator.emulator.hardware import Hardware
 from elib.simulator.emulator.link import Link
 from elib.simulator.emulator.past import Past
-from elib.simulator.emulator.robotprofile import RobotProfile
-from elib.simulator.emulator.robotprofile import load as load_profile
+from elib.simulator.emulator.robotprofile import RobotProfile, load_profile
 from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.wifi import WifiEmulator

@@ -10,12 +10,12 @@ import heapq
 from collections import deque
 from typing import Any
 
+from elib.base.curves import interpolated
 from elib.link.transport.base import BufferedTransport
 from elib.simulator.emulator.emulator import Chunk
 from elib.simulator.emulator.faults import Fault, both
 from elib.simulator.emulator.link import Link
 from elib.simulator.emulator.wifi import IMAGE, SEND_BUFFER, WifiEmulator
-from elib.simulator.physics.elementary import interpolated
 
 RETRANSMISSION = 0.5
 """s after which the robot's TCP sends a lost packet again, and twice as long after each further loss.

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP, step_rate
+from elib.base.tags import FACES
 from elib.simulator.physics import profiles, records
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.floor import Floor, packed
@@ -31,7 +32,7 @@ def wall_record(wall: Wall) -> records.Segment:
     dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
     length = math.sqrt(dx * dx + dy * dy)
     place = wall.x1, wall.y1, dx / length, dy / length, length
-    return records.Segment(*place, wall.height, 1 / _reflectance(wall), packed(wall.colour))
+    return records.Segment(*place, wall.height, 1 / _reflectance(wall), packed(wall.colour), FACES.index(wall.face))
 
 
 def disc_record(post: Cylinder) -> records.Disc:

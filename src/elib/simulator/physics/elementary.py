@@ -6,8 +6,6 @@ kernels: nothing but the five operations that every machine rounds alike, in a f
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import pairwise
 from math import sqrt
 from typing import Final
 
@@ -80,16 +78,3 @@ def arc_cosine(x: float) -> float:
     """Return the angle whose cosine is *x*, rad, 0..pi, to about 1e-15; *x* beyond -1..1 counts as its end."""
     x = min(max(x, -1.0), 1.0)
     return angle(x, sqrt((1.0 - x) * (1.0 + x)))
-
-
-def interpolated(knots: Sequence[tuple[float, float]], x: float) -> float:
-    """Return the value at *x* on straight lines between *knots*; beyond their ends that of the nearest one.
-
-    Args:
-        knots: Pairs of x and value, at least two, x rising.
-        x: Where.
-    """
-    for (low, start), (high, end) in pairwise(knots):
-        if x <= high:
-            return start + (end - start) * (max(x, low) - low) / (high - low)
-    return knots[-1][1]

@@ -13,7 +13,8 @@ from itertools import pairwise
 from typing import Annotated, NamedTuple, TypeAlias
 
 from elib.base.errors import ArgumentError
-from elib.base.rules import Mistake, Number, Rule, Several, Text, Whole, check
+from elib.base.rules import Choice, Mistake, Number, Rule, Several, Text, Whole, check
+from elib.base.tags import FACES
 
 _HEX_DIGITS = frozenset("0123456789abcdefABCDEF")
 
@@ -94,6 +95,15 @@ Place = Annotated[float, Number(-MAX_ARENA, MAX_ARENA, "m")]
 WallEnd = Annotated[float, Number(-2 * MAX_ARENA, 2 * MAX_ARENA, "m")]
 """x or y: the sides of a box are walls, too, and may reach beyond every place."""
 
+
+@dataclass(frozen=True, slots=True)
+class FaceRule(Choice):
+    """What a surface shows."""
+
+    def __str__(self) -> str:
+        return 'a tag of 16h5, "tag:0" to "tag:29", or of 36h11, "tag36h11:0" to "tag36h11:99"'
+
+
 Length = Annotated[float, Number(0.001, MAX_ARENA, "m", example="0.05")]
 """Nothing finer can be seen or felt by the robot."""
 
@@ -104,6 +114,7 @@ Mass = Annotated[float, Number(0.001, 100, "kg")]
 Friction = Annotated[float, Number(0, 2, example="0.02")]
 Name = Annotated[str, Text(example='"ball"', otherwise="none")]
 Painted = Annotated[Colour, ColourRule(example='"#d04030"')]
+Face = Annotated[str, FaceRule(FACES, example='"tag:7"', otherwise="nothing")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +160,8 @@ class Wall:
         colour: The colour of all its sides.
         reflectance: How much infrared light it sends back, 0.05..1; 1 is white. None takes it from the colour
             (:func:`infrared_reflectance`).
+        face: What both sides show to cameras: an AprilTag, or nothing. It is as large as fits, with a white rim of one
+            cell, in the middle: the black square of a tag of 16h5 has 3/4 of the height, or of the length.
     """
 
     x1: WallEnd
@@ -158,6 +171,7 @@ class Wall:
     height: Length = WALL_HEIGHT
     colour: Painted = WALL_COLOUR
     reflectance: Reflectance | None = None
+    face: Face = ""
 
     def __post_init__(self) -> None:
         check(self, "the wall's ")
@@ -188,6 +202,7 @@ class Box:
         friction: Force over weight at which it begins to slide or roll, 0..2; matters only if it can be pushed. A ball
             that rolls has about 0.02.
         name: To find it by; no two things of a world share one. Empty for none.
+        face: What each of its four sides shows to cameras, as that of a wall.
     """
 
     x: Place
@@ -202,6 +217,7 @@ class Box:
     mass: Mass = OBJECT_MASS
     friction: Friction = OBJECT_FRICTION
     name: Name = ""
+    face: Face = ""
 
     def __post_init__(self) -> None:
         check(self, "the box's ")
@@ -234,7 +250,8 @@ class Box:
         """Its four sides as walls, counter-clockwise."""
         corners = self.corners
         return tuple(
-            Wall(*corners[i], *corners[(i + 1) % 4], self.height, self.colour, self.reflectance) for i in range(4)
+            Wall(*corners[i], *corners[(i + 1) % 4], self.height, self.colour, self.reflectance, self.face)
+            for i in range(4)
         )
 
 

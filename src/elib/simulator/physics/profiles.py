@@ -12,9 +12,9 @@ from functools import partial
 from typing import Final
 
 from elib.base.body import SENSOR_DIRECTIONS, SENSOR_RADIUS
+from elib.base.curves import interpolated
 from elib.base.errors import ArgumentError
-from elib.base.infrared import SPACING, USUAL_RESPONSE, response_table
-from elib.simulator.physics.elementary import interpolated
+from elib.base.infrared import NOISE, SPACING, USUAL_RESPONSE, response_table
 from elib.simulator.physics.geometry import unit
 
 COUNT: Final = 8
@@ -122,11 +122,11 @@ _WEBOTS = (
 )
 
 PROFILES = {
-    # The default. Its noise is that of a standing robot (measured-robots: infrared.noise_at_rest).
+    # The default.
     "measured": Profile(
         "measured",
         USUAL_RESPONSE,
-        tuple(3 + 0.01 * min(counts, FULL_SCALE) for counts in USUAL_RESPONSE),
+        tuple(NOISE[0] + NOISE[1] * min(counts, FULL_SCALE) for counts in USUAL_RESPONSE),
         "fitted to recordings of real robots; noise of 3 counts and 1 %",
     ),
     "enki": Profile(

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError
+from elib.base.tags import FACES, face_cells
 from elib.simulator.physics.body import HEIGHT
 from elib.simulator.physics.floor import Floor
 from elib.simulator.physics.noise import PIXELS, STRIDE, bits, mix, quantiles, tick_key
@@ -47,6 +48,13 @@ FRONT: Final = 9
 NOISES: Final = 1 << 16
 """Pixels whose noise is kept: those of three pictures of 160 x 120."""
 
+WITHIN: Final = 4
+"""Places across and down a pixel whose mean it shows, where a wall shows something."""
+
+PAPER: Final = 235.0
+INK: Final = 25.0
+"""Counts of what is white and black in print."""
+
 LEDS: Final = [*range(BODY), FRONT]
 
 
@@ -62,7 +70,7 @@ class Robots(NamedTuple):
 
 
 class Walls(NamedTuple):
-    """All walls and sides of boxes: one end, m; unit vector to the other end; length and height, m; packed colour."""
+    """All walls and sides of boxes: one end, m; unit vector to the other one; length, height, m; colour; face."""
 
     x: Floats
     y: Floats
@@ -71,6 +79,7 @@ class Walls(NamedTuple):
     length: Floats
     height: Floats
     colour: Ints
+    face: Ints
 
 
 class Discs(NamedTuple):
@@ -295,6 +304,8 @@ class _Look:
         nearest = self._nearest(hits.picture[hit], hits.column[hit], start)
         is_standing = np.arange(len(rise))[:, np.newaxis] < np.append(foot, 0)[nearest]
         words = np.where(is_standing, np.append(seen, np.uint32(0))[nearest], words)
+        if self._scene.walls.face.any():
+            self._paint_faces(hits, np.append(hit, -1)[np.where(is_standing, nearest, len(hit))], words)
         if len(self._scene.lights.x):
             self._paint_lamps(np.append(near, 0.0)[nearest], words)
         return words
@@ -321,10 +332,7 @@ class _Look:
 
     def _meet_walls(self) -> Hits:
         walls, window = self._scene.walls, self._window
-        depth, aside = self._seen_from(walls.x, walls.y)
-        far_depth, far_aside = self._seen_from(
-            walls.x + walls.length * walls.tangent_x, walls.y + walls.length * walls.tangent_y
-        )
+        depth, aside, far_depth, far_aside = self._wall_ends()
         cross = depth * far_aside - aside * far_depth
         is_seen = (np.maximum(depth, far_depth) >= NEAREST) & (np.abs(cross) > EDGE_ON)
         is_seen &= np.minimum(aside - window.right * depth, far_aside - window.right * far_depth) <= 0.0
@@ -339,6 +347,12 @@ class _Look:
         pair, column = np.nonzero(is_between & (near > 0.0) & (near <= 1.0 / NEAREST))
         shade = law.wall_shade(walls.tangent_x)[wall[pair]]
         return Hits(picture[pair], wall[pair], column, near[pair, column], shade)
+
+    def _wall_ends(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return where both ends of each wall are, along each camera's axis and to the right of it, m."""
+        walls = self._scene.walls
+        far_x, far_y = walls.x + walls.length * walls.tangent_x, walls.y + walls.length * walls.tangent_y
+        return *self._seen_from(walls.x, walls.y), *self._seen_from(far_x, far_y)
 
     def _meet_rounds(self) -> Hits:
         discs, robots, window = self._scene.discs, self._scene.robots, self._window
@@ -464,6 +478,47 @@ class _Look:
         np.minimum.at(nearest.reshape(-1), (picture * (rows + 1) + start) * columns + column, np.arange(len(start)))
         return np.minimum.accumulate(nearest, axis=1)[:, :rows]
 
+    def _paint_faces(self, hits: Hits, seen: Ints, words: Words) -> None:
+        """Paint what walls show: each pixel is the mean of places spread over it.
+
+        Args:
+            hits: Where columns meet things.
+            seen: Which of the hits each pixel shows, -1 for none.
+            words: The pictures.
+        """
+        walls, window = self._scene.walls, self._window
+        face = np.append(np.append(walls.face, 0)[np.minimum(hits.thing, len(walls.face))], 0)[seen]
+        picture, row, column = np.nonzero(face)
+        hit, face = seen[picture, row, column], face[picture, row, column]
+        wall = hits.thing[hit]
+        spread = (np.arange(WITHIN) + 0.5) / WITHIN - 0.5
+        step = window.tangent[1] - window.tangent[0] if len(window.tangent) > 1 else 0.0
+        tangent = window.tangent[column, np.newaxis, np.newaxis] + spread * step
+        rise = window.rise[row, np.newaxis, np.newaxis] + spread[:, np.newaxis] / window.per_rise
+        depth, aside, far_depth, far_aside = (
+            each[picture, wall][:, np.newaxis, np.newaxis] for each in self._wall_ends()
+        )
+        length, height = (each[wall][:, np.newaxis, np.newaxis] for each in (walls.length, walls.height))
+        off, far_off = aside - depth * tangent, far_aside - far_depth * tangent
+        along = off / np.where(off == far_off, 1.0, off - far_off)
+        up = ABOVE + rise * (depth + along * (far_depth - depth))
+        side = np.minimum(length, height)
+        right = (along - 0.5) * length / side
+        right = np.where(depth * far_aside > aside * far_depth, right, -right) + 0.5  # As it is seen from there.
+        down = (height / 2 - up) / side + 0.5
+        is_on = (right >= 0.0) & (right < 1.0) & (down >= 0.0) & (down < 1.0)
+        white, cells = _faces()
+        count = cells[face][:, np.newaxis, np.newaxis]
+        places = (np.clip(each * count, 0, count - 1).astype(np.int64) for each in (down, right))
+        ink = np.where(white[(face[:, np.newaxis, np.newaxis], *places)], PAPER, INK)
+        printed = np.where(is_on, ink, 0.0).mean(axis=(1, 2))[:, np.newaxis]
+        bare = 1.0 - is_on.mean(axis=(1, 2))[:, np.newaxis]
+        near = hits.near[hit]
+        shade = hits.shade[hit] * law.fade(near)
+        light = self._light(picture, 1.0 / near, window.tangent[column], ABOVE, shade)
+        colour = bare * self._counts(walls.colour)[wall] + printed
+        words[picture, row, column] = self._packed(colour * light, picture)
+
     def _paint_lamps(self, nearest: Floats, words: Words) -> None:
         """Paint each lamp as a bright ball, never less than a pixel, where nothing nearer hides it.
 
@@ -480,6 +535,16 @@ class _Look:
             radius = np.maximum(law.LAMP_RADIUS * near, 0.75 * window.pixel)
             is_ahead = depths[:, k, np.newaxis, np.newaxis] > NEAREST
             words[is_ahead & (off * off + above * above <= radius * radius) & (nearest <= near)] = law.LAMP_COLOUR
+
+
+@lru_cache(maxsize=1)
+def _faces() -> tuple[NDArray[np.bool_], Ints]:
+    """Return the cells of all faces, whether each is white, and how many each face has in a row."""
+    found = [face_cells(face) for face in FACES]
+    white = np.zeros((len(found), max(map(len, found)), max(map(len, found))), np.bool_)
+    for each, cells in zip(white, found, strict=True):
+        each[: len(cells), : len(cells)] = np.reshape(np.array(cells, np.bool_), (len(cells), len(cells)))
+    return white, np.array([len(cells) for cells in found], np.int64)
 
 
 def _step(name: str, offsets: Sequence[float]) -> float:

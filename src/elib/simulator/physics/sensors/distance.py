@@ -9,15 +9,12 @@ from __future__ import annotations
 
 from typing import Final
 
+from elib.base.timeofflight import CALIBRATION, OFFSET, PLACE
 from elib.simulator.physics.body import RADIUS
-from elib.simulator.physics.elementary import interpolated
 from elib.simulator.physics.engine import phase
 from elib.simulator.physics.noise import DISTANCE, DISTANCE_OFFSET, NO_ECHO, gauss, tick_key, uniform
 from elib.simulator.physics.raycast import cast, see_all
 from elib.simulator.physics.records import Records
-
-PLACE = (0.034, -0.0018)
-"""Where it sits in the robot's frame, m (Webots' model of the e-puck2)."""
 
 CONE = 0.44
 """Full width of the cone, rad (Webots): its rays stand at 0, 1/4 and 1/2 of it on both sides."""
@@ -28,42 +25,15 @@ REACH: Final = 2.0
 TOUCHING: Final = 0.001
 """m. Nothing is nearer: the light of a ray has an end."""
 
-CALIBRATION: Final = (
-    (-0.045, 0.0, 0.002),
-    (0.0, 0.027, 0.002),
-    (0.04, 0.051, 0.002),
-    (0.1, 0.118, 0.0024),
-    (0.2, 0.220, 0.0029),
-    (0.28, 0.302, 0.0027),
-    (0.4, 0.425, 0.005),
-    (0.48, 0.506, 0.0064),
-    (0.7, 0.730, 0.0145),
-    (0.87, 0.900, 0.027),
-    (1.0, 1.030, 0.0285),
-    (2.0, 2.040, 0.030),
-)
-"""True distance, m, what the sensor reads there, m, and the deviation of that, m (measured-robots:
-proposals.time_of_flight, from time_of_flight.epuck2). It was measured to 1.1 m; beyond, the scale of 1.01 goes on. What
-motion adds to the deviation near the robot, 0.8 mm, is taken off. The first row lets a sensor that reads too little do
-so at a touch, too."""
-
 TRUE: Final = tuple(true for true, _, _ in CALIBRATION)
 READS: Final = tuple(reading for _, reading, _ in CALIBRATION)
 DEVIATION: Final = tuple(deviation for _, _, deviation in CALIBRATION)
 """Noise of a reading there, m."""
 
-OFFSET: Final = 0.015
-"""Spread between robots of what the sensor reads, m (measured-robots: time_of_flight.offsets_of_others)."""
-
 UNSURE: Final = 0.9
 NO_ECHO_SHARE: Final = 0.05
 """From so far on, m, a typical robot sees nothing in this share of its readings (measured-robots:
 time_of_flight.epuck2: 1 % of all readings up to 1 m)."""
-
-
-def biased(distance: float) -> float:
-    """Return what the sensor reads on average at a true *distance*, both in m."""
-    return interpolated([(true, reading) for true, reading, _ in CALIBRATION], distance)
 
 
 @phase

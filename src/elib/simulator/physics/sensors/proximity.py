@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from elib.base.infrared import SPACING
+from elib.base.infrared import GAIN_SPREAD, SPACING
 from elib.simulator.physics.elementary import exponential
 from elib.simulator.physics.engine import kernel, phase
 from elib.simulator.physics.noise import (
@@ -39,9 +39,6 @@ from elib.simulator.physics.sensors.ambient_light import AMBIENT_DEVIATION, dark
 AMBIENT_MARGIN: Final = 4 * AMBIENT_DEVIATION
 """More than any noise of the reading with the emitter off, counts: below it that need not be looked up."""
 
-
-GAIN_SPREAD: Final = 0.17
-"""Standard deviation of the gains of typical robots (measured-robots: infrared.distance_8_sensors)."""
 
 MIN_GAIN: Final = 0.2
 """No sensor has less."""

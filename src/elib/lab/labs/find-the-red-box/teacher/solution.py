@@ -13,7 +13,7 @@ def find_red(robot: elib.BlockingEpuck) -> float | None:
     """Take a picture; return in which direction something red is, rad to the left; None if there is nothing red."""
     picture = robot.image()
     red = picture.find("red")
-    return picture.bearing(red.column) if red else None
+    return red.bearing if red else None
 
 
 with elib.connect() as robot:

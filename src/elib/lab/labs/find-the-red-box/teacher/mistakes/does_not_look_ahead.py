@@ -10,5 +10,5 @@ with elib.connect() as robot:
         if red := picture.find("red"):
             break
         robot.turn(math.radians(12))
-    robot.turn(picture.bearing(red.column))
+    robot.turn(red.bearing)
     robot.drive(0.27)
