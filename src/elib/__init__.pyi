@@ -62,6 +62,8 @@ from elib.link.protocol.values import Temperature as Temperature
 from elib.link.protocol.values import Version as Version
 from elib.link.protocol.values import Wheels as Wheels
 from elib.link.session.statistics import LinkStats as LinkStats
+from elib.maps.grid import Grid as Grid
+from elib.maps.localiser import Localiser as Localiser
 from elib.records.et.logtable import read_log as read_log
 from elib.records.reader import read_recording as read_recording
 from elib.robot.aio import Epuck as Epuck

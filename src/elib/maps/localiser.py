@@ -1,0 +1,286 @@
+"""Where a robot is on a map: many guesses (particles), which move as its wheels did and die where its readings fail."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from elib.base.body import AXLE, AXLE_SPREAD, RADIUS, SENSOR_DIRECTIONS, SENSOR_RADIUS, WHEEL_SPREAD
+from elib.base.errors import ArgumentError
+from elib.base.infrared import LIGHT, MIN_COUNT, REACH, SETBACK
+from elib.base.pose import Pose
+from elib.maps.grid import Grid
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+BINS: Final = 72
+"""Directions in which the readings on the map are calculated beforehand: every 5 degrees."""
+FAN: Final = ((0, 0.5), (6, 0.25), (-6, 0.25))
+"""What a sensor sees: directions from its axis, in bins, and their shares of the light; 30 degrees to each side, as in
+the simulator (elib.simulator.physics.profiles)."""
+FARTHEST: Final = math.sqrt(LIGHT / MIN_COUNT) - SETBACK
+"""m. What is farther is not seen."""
+NOISE, WRONG = 0.004, 0.12
+"""m, and part of a distance, by which it differs from that on the map: squares, gains (measured-robots:
+infrared.distance_8_sensors) and the open air."""
+STRAY: Final = 0.1
+"""Share of readings that have nothing to do with the map: things that it does not have, glitches."""
+TRUST: Final = 0.4
+"""Weight of the eight readings of one place: the errors of gains come again at the next."""
+STRIDE, TURN = 0.005, math.radians(3)
+"""m driven or rad turned from one look to the next: the same reading again says nothing new."""
+BEND: Final = math.sqrt(2) * WHEEL_SPREAD / AXLE
+"""rad/m by which robots turn while they should drive straight, as a standard deviation."""
+ROLL: Final = math.hypot(AXLE_SPREAD, WHEEL_SPREAD / math.sqrt(2))
+"""Part of a turn by which they turn too far."""
+SLIP, SKID = 0.02, 0.03
+"""Part of a way, and of a turn, that is lost or won by chance, of a step of 1 cm or 10 degrees."""
+MOST, LEAST, PER_PLACE = 20_000, 300, 15
+"""Guesses where nothing is known, at least, and for each place of 5 cm and 15 degrees that still has some."""
+SOUND: Final = 0.55
+"""Mean fit of the readings, 0 to 1, below which the robot is lost. Where it should be it has 0.8."""
+MEMORY: Final = 0.05
+"""Weight of a look in the mean fit: it takes 20 looks, about 10 cm, to be lost."""
+NEAR, ASIDE = 0.06, math.radians(30)
+"""m and rad from the likeliest place within which guesses are for the same one."""
+SURE: Final = 0.9
+"""Share of the guesses in one place from which it is believed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """Where a robot probably is.
+
+    Attributes:
+        pose: The likeliest place, with ``uncertainty`` and ``heading_uncertainty``: 19 times in 20 it is nearer, if
+            the place is the right one.
+        share: How much speaks for that place rather than for others, 0 to 1.
+        fit: How well the last readings fit the map there, 0 to 1.
+        is_sure: Whether to believe it: 90 % of the guesses are there, and what the robot reads fits.
+    """
+
+    pose: Pose
+    share: float
+    fit: float
+    is_sure: bool
+
+
+class Localiser:
+    """Finds a robot on a map, and notices when it was put elsewhere.
+
+    Wheels tell how the robot moved, infrared sensors what is near. Each guess has its own wheels: how much they differ
+    is learned on the way.
+
+    Args:
+        map: The map. What is added to it later is seen by :meth:`renew`.
+        pose: Where the robot is, with its uncertainty; None if that is not known.
+        seed: Seed of its random numbers.
+
+    Example:
+        >>> grid = elib.Grid.of_world("maze")
+        >>> localiser = elib.Localiser(grid, elib.Pose(0.1, 0.1, math.pi / 2))
+        >>> with elib.connect("sim://maze?speed=max") as robot:
+        ...     for _ in range(10):
+        ...         robot.drive(0.01)
+        ...         estimate = localiser.update(robot.pose(), robot.distances())
+        >>> round(estimate.pose.y, 1), estimate.is_sure
+        (0.2, True)
+    """
+
+    def __init__(self, map: Grid, pose: Pose | None = None, *, seed: int = 0) -> None:
+        self.map = map
+        self._random = np.random.default_rng(seed)
+        self._at: Pose | None = None
+        self._moved = self._turned = 0.0
+        self._fit = 1.0
+        self.renew()
+        if pose is None:
+            self._spread(MOST)
+        else:
+            self._guesses = self._around(pose, LEAST)
+            self._weights = np.full(LEAST, 1 / LEAST)
+        self.estimate = self._judge()
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the robot is not known to be anywhere, or its readings do not fit to where it should be."""
+        return not self.estimate.is_sure
+
+    def renew(self) -> None:
+        """Take the map as it is now."""
+        self._far, self._clear = expected(self.map), self.map.clearance(RADIUS + self.map.cell)
+
+    # -- what moves and what is seen -----------------------------------------------------------------------------------
+
+    def update(self, pose: Pose, distances: Sequence[float]) -> Estimate:
+        """Take a reading into account, and return where the robot is.
+
+        Args:
+            pose: ``robot.pose()``: only how it changed since the last call counts, so odometry may begin anywhere.
+            distances: ``robot.distances()``.
+        """
+        if self._at is not None:
+            self._move(self._at, pose)
+        is_first, self._at = self._at is None, pose
+        if is_first or self._moved >= STRIDE or self._turned >= TURN:
+            self._moved = self._turned = 0.0
+            self._look(np.minimum(np.asarray(tuple(distances), float), FARTHEST))
+        self.estimate = self._judge()
+        return self.estimate
+
+    def _move(self, before: Pose, now: Pose) -> None:
+        """Let the guesses move as the wheels did, each with its own wheels and some slip."""
+        way, turn = math.dist((before.x, before.y), (now.x, now.y)), math.remainder(now.heading - before.heading, math.tau)
+        if way == 0 and turn == 0:
+            return
+        aside = math.atan2(now.y - before.y, now.x - before.x) - before.heading
+        self._moved, self._turned = self._moved + way, self._turned + abs(turn)
+        x, y, heading, bend, roll = self._guesses.T
+        forward = math.copysign(way, math.cos(aside))
+        slip = self._random.standard_normal((2, len(x)))
+        far = forward + SLIP * math.sqrt(0.01 * way) * slip[0]
+        by = turn * roll + bend * forward
+        by += (SKID * math.sqrt(abs(turn) * 0.17) + BEND * math.sqrt(0.01 * way)) * slip[1]
+        middle = heading + by / 2
+        x += far * np.cos(middle)
+        y += far * np.sin(middle)
+        heading += by
+
+    def _look(self, seen: Floats) -> None:
+        """Weigh the guesses by a reading."""
+        found = self._likelihoods(seen)
+        self._weights *= found**(TRUST * len(seen))
+        whole = self._weights.sum()
+        if whole > 0:
+            self._weights /= whole
+            self._fit += MEMORY * (float(found @ self._weights) - self._fit)
+        if whole <= 0 or self._fit < SOUND:
+            self._fit = 1.0
+            self._spread(MOST)
+        elif 1 / (self._weights @ self._weights) < len(self._weights) / 2:
+            self._draw()
+
+    def _likelihoods(self, seen: Floats) -> Floats:
+        """Return for each guess how well a reading fits, 0 to 1: the geometric mean of its eight distances."""
+        x, y, heading = self._guesses.T[:3]
+        axes = heading[:, None] + np.asarray(SENSOR_DIRECTIONS)
+        cosines, sines = np.cos(axes), np.sin(axes)
+        across = (x[:, None] + SENSOR_RADIUS * cosines - self.map.x) / self.map.cell
+        up = (y[:, None] + SENSOR_RADIUS * sines - self.map.y) / self.map.cell
+        rows, columns = self._clear.shape
+        row, column = np.rint(up).astype(np.intp), np.rint(across).astype(np.intp)
+        bins = np.rint(axes * (BINS / math.tau)).astype(np.intp) % BINS
+        is_inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        far = self._far[bins, np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)]
+        # From the place of the sensor instead of the middle of its square.
+        far = far - self.map.cell * ((across - column) * cosines + (up - row) * sines)
+        far = np.clip(far, 0, FARTHEST)
+        off = (seen - far) / (NOISE + WRONG * far)
+        fits = STRAY + (1 - STRAY) * np.exp(-0.5 * off * off)
+        fits = np.where(np.isnan(far), SOUND, fits)  # on unknown ground
+        row, column = self._squares(x, y)
+        is_standing = self._clear[row, column] >= RADIUS - self.map.cell
+        return np.where(is_inside.all(1) & is_standing, np.exp(np.log(fits).mean(1)), STRAY)
+
+    def _squares(self, x: Floats, y: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        rows, columns = self._clear.shape
+        row = np.rint((y - self.map.y) / self.map.cell).astype(np.intp)
+        column = np.rint((x - self.map.x) / self.map.cell).astype(np.intp)
+        return np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)
+
+    # -- guesses -------------------------------------------------------------------------------------------------------
+
+    def _around(self, pose: Pose, count: int) -> Floats:
+        """Return guesses near a pose."""
+        wide = max(pose.uncertainty / 2, 0.003), max(pose.heading_uncertainty / 2, 0.02)
+        spread = np.array((wide[0], wide[0], wide[1], BEND, ROLL))
+        middle = np.array((pose.x, pose.y, pose.heading, 0.0, 1.0))
+        return middle + spread * self._random.standard_normal((count, 5))
+
+    def _spread(self, count: int) -> None:
+        """Spread guesses wherever the robot can be."""
+        rows, columns = np.nonzero((self._clear >= RADIUS) & self.map.free)
+        if not len(rows):
+            raise ArgumentError(
+                "the map has no place where a robot has room", hint="make a map first: grid.add(), elib.Grid.of_world()"
+            )
+        chosen = self._random.integers(len(rows), size=count)
+        guesses = self._around(Pose(0.0, 0.0), count)
+        inside = self._random.uniform(-0.5, 0.5, (2, count))
+        guesses[:, 0] = self.map.x + self.map.cell * (columns[chosen] + inside[0])
+        guesses[:, 1] = self.map.y + self.map.cell * (rows[chosen] + inside[1])
+        guesses[:, 2] = self._random.uniform(-math.pi, math.pi, count)
+        self._guesses, self._weights = guesses, np.full(count, 1 / count)
+
+    def _draw(self) -> None:
+        """Draw the guesses again, each as often as its weight says; fewer, the fewer places they are for."""
+        heads = np.floor(self._guesses[:, :3] / (0.05, 0.05, math.radians(15))).astype(np.int64)
+        places = len(np.unique(heads[self._weights * len(heads) > 0.1] @ (1, 1_000, 1_000_000)))
+        count = min(max(LEAST, PER_PLACE * places), len(self._weights))
+        points = (self._random.uniform() + np.arange(count)) / count
+        chosen = np.minimum(np.searchsorted(np.cumsum(self._weights), points), len(self._weights) - 1)
+        self._guesses = self._guesses[chosen]
+        jitter = self._random.standard_normal((count, 5)) * (0.001, 0.001, 0.01, BEND / 20, ROLL / 20)
+        self._guesses += jitter
+        self._weights = np.full(count, 1 / count)
+
+    def _judge(self) -> Estimate:
+        """Return the likeliest place: the heaviest square of 6 cm and 30 degrees, and what lies around it."""
+        x, y, heading = self._guesses.T[:3]
+        squares = [np.rint((each - each.min()) / NEAR).astype(np.intp) for each in (x, y)]
+        sectors = np.rint(heading / ASIDE).astype(np.intp) % round(math.tau / ASIDE)
+        of = (squares[0] * (squares[1].max() + 1) + squares[1]) * round(math.tau / ASIDE) + sectors
+        weights = self._weights * (of == np.argmax(np.bincount(of, self._weights)))
+        for _ in range(2):
+            share = weights.sum()
+            at_x, at_y = (weights @ x) / share, (weights @ y) / share
+            angle = math.atan2(weights @ np.sin(heading), weights @ np.cos(heading))
+            off = np.remainder(heading - angle + math.pi, math.tau) - math.pi
+            away = np.hypot(x - at_x, y - at_y)
+            weights = self._weights * ((away < NEAR) & (np.abs(off) < ASIDE))
+        share = weights.sum()
+        pose = Pose(
+            float(at_x),
+            float(at_y),
+            angle,
+            time=self._at.time if self._at else math.nan,
+            uncertainty=2 * math.sqrt((weights @ away**2) / share),
+            heading_uncertainty=2 * math.sqrt((weights @ off**2) / share),
+        )
+        is_sure = bool(share > SURE and self._fit > SOUND)
+        return Estimate(pose, float(share), self._fit, is_sure)
+
+
+def expected(grid: Grid) -> NDArray[np.float32]:
+    """Return what a sensor reads on a map, m: by its direction, and the row and column of its place.
+
+    It is nan where unknown ground lies before whatever is there.
+    """
+    step = grid.cell / 2
+    reach = math.ceil(REACH / grid.cell)
+    padded = np.pad(grid.occupied, reach)
+    unknown = np.pad(~grid.occupied & ~grid.free, reach, constant_values=True)
+    rows, columns = grid.odds.shape
+    light = np.zeros((BINS, rows, columns), np.float32)
+    for direction in range(BINS):
+        cosine, sine = math.cos(direction * math.tau / BINS), math.sin(direction * math.tau / BINS)
+        bright = np.zeros((rows, columns), np.float32)
+        for k in range(int(REACH / step), -1, -1):
+            up, aside = round(k * step * sine / grid.cell), round(k * step * cosine / grid.cell)
+            part = np.s_[reach + up : reach + up + rows, reach + aside : reach + aside + columns]
+            bright[padded[part]] = LIGHT / (k * step + SETBACK) ** 2
+            if k * step <= FARTHEST:
+                bright[unknown[part]] = np.nan
+        light[direction] = bright
+    mixed = sum(share * np.roll(light, -by, axis=0) for by, share in FAN)
+    with np.errstate(divide="ignore"):
+        return np.minimum(np.sqrt(LIGHT / mixed) - SETBACK, 2 * FARTHEST).astype(np.float32)
+
+
