@@ -45,7 +45,9 @@ GOAL = 1.3, 1.3
 
 def url(firmware: str, fault: str, seed: int) -> str:
     """Return the URL of a drawn robot."""
-    return f"sim://{WORLD}?speed=max&quality=typical&seed={seed}&firmware={firmware}" + (f"&fault={fault}" if fault else "")
+    return f"sim://{WORLD}?speed=max&quality=typical&seed={seed}&firmware={firmware}" + (
+        f"&fault={fault}" if fault else ""
+    )
 
 
 def place(world: World, chance: random.Random) -> None:
@@ -126,6 +128,38 @@ def locate(link: str, seed: int, is_kidnapped: bool = False) -> dict[str, float]
 
             await elib.react(robot, step, period=0.1)
             found["looks"], found["load"] = looks, 100 * used / looks / 0.1
+
+    simulated(main)()
+    return found
+
+
+# -- ways --------------------------------------------------------------------------------------------------------------
+
+
+def go(link: str, seed: int) -> dict[str, float]:
+    """Drive from the world's start to its goal, all through the maze."""
+    found: dict[str, float] = {"touches": 0.0, "took": math.inf, "error": math.inf, "believed": math.inf}
+
+    async def main() -> None:
+        async with elib.open(link) as robot:
+            world = simulation_of(robot).world
+            assert world is not None
+
+            def look() -> None:
+                found["touches"] += world.touching(0)
+
+            world.follow(look)
+            start, began = truth(robot), robot.time
+            await robot.set_pose(start.x, start.y, start.heading)
+            try:
+                pose = await robot.go_to(*GOAL, map=elib.Grid.of_world(WORLD))
+            except ElibError as error:
+                print(seed, error)
+                return
+            real = truth(robot)
+            found["took"] = robot.time - began
+            found["error"] = math.dist((real.x, real.y), GOAL)
+            found["believed"] = math.dist((real.x, real.y), (pose.x, pose.y))
 
     simulated(main)()
     return found

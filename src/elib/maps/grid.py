@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import json
 import math
 import os
 from collections.abc import Iterable, Sequence
@@ -30,7 +29,7 @@ CONE: Final = math.radians(15)
 SURE: Final = 0.05
 """m up to which a sensor that sees nothing says that nothing is there: the least sensitive ones see no farther."""
 WRONG: Final = 0.06
-"""Part of a distance by which it is often wrong: gains differ by 17 % (measured-robots: infrared.distance_8_sensors)."""
+"""Part of a distance by which it is wrong: gains differ by 17 % (measured-robots: infrared.distance_8_sensors)."""
 FREE, OCCUPIED, MOST = -0.3, 0.6, 4.0
 """What a reading adds to the logarithm of the odds, and where that ends: a thing that is taken away is forgotten."""
 DRIVEN: Final = -1.0
@@ -69,11 +68,17 @@ class Grid:
     """
 
     def __init__(self, cell: float = 0.01) -> None:
-        self.cell = CELL.require(cell, "cell", "the grid's ")
+        self.cell = float(CELL.require(cell, "cell", "the grid's "))
         self.x = self.y = 0.0
         self.odds: NDArray[np.float32] = np.zeros((0, 0), np.float32)
         self.changes = 0
         """How often something was added: what was made from the map before is old."""
+
+    def copy(self) -> Grid:
+        """Return a map that knows the same and goes its own way."""
+        made = Grid(self.cell)
+        made.x, made.y, made.odds, made.changes = self.x, self.y, self.odds.copy(), self.changes
+        return made
 
     # -- what it knows -------------------------------------------------------------------------------------------------
 
@@ -90,7 +95,7 @@ class Grid:
     def is_free(self, x: float, y: float) -> bool:
         """Return whether nothing stands at a place, m; False where that is not known."""
         row, column = self.square(x, y)
-        return self._has(row, column) and bool(self.odds[row, column] < -KNOWN)
+        return self.has(row, column) and bool(self.free[row, column])
 
     def square(self, x: float, y: float) -> tuple[int, int]:
         """Return the row and the column of a place; they may lie outside the map."""
@@ -100,8 +105,10 @@ class Grid:
         """Return the middle of a square, m."""
         return self.x + column * self.cell, self.y + row * self.cell
 
-    def _has(self, row: int, column: int) -> bool:
-        return 0 <= row < self.odds.shape[0] and 0 <= column < self.odds.shape[1]
+    def has(self, row: int, column: int) -> bool:
+        """Return whether the map has such a square."""
+        rows, columns = self.odds.shape
+        return row in range(rows) and column in range(columns)
 
     def clearance(self, limit: float, *, is_unknown_free: bool = True) -> NDArray[np.float32]:
         """Return how far each square is from the nearest occupied one, m, at most *limit*.
@@ -150,11 +157,17 @@ class Grid:
             aside = y * math.cos(axis) - x * math.sin(axis)
             off = np.abs(np.arctan2(aside, ahead)) / CONE
             away = np.hypot(ahead, aside)
-            band = max(self.cell / 2, WRONG * min(distance, SURE))
+            band = max(0.75 * self.cell, WRONG * min(distance, SURE))
             is_there = (off <= 1) & (np.abs(away - distance) <= band)
             is_between = (off <= 1) & (away < min(distance - band, SURE))
             added += np.where(is_there, OCCUPIED * (1 - off * off), 0.0) + np.where(is_between, FREE, 0.0)
         self.odds[part] = np.clip(self.odds[part] + added, -MOST, MOST)
+
+    def fill(self, x: float, y: float, radius: float) -> None:
+        """Put something round on the map, whatever was known there; what lies outside the map is left out."""
+        rows, columns = np.ogrid[: self.odds.shape[0], : self.odds.shape[1]]
+        self.odds[np.hypot(self.x + columns * self.cell - x, self.y + rows * self.cell - y) <= radius] = MOST
+        self.changes += 1
 
     def _middles(self, row: int, column: int, reach: int) -> tuple[Any, Any]:
         """Return x and y of the squares around one, m."""
@@ -169,14 +182,13 @@ class Grid:
         rows, columns = self.odds.shape
         before = [BLOCK * math.ceil(max(0, 2 - each) / BLOCK) for each in low]
         after = [
-            BLOCK * math.ceil(max(0, each + 3 - size) / BLOCK)
-            for each, size in zip(high, (rows, columns), strict=True)
+            BLOCK * math.ceil(max(0, each + 3 - size) / BLOCK) for each, size in zip(high, (rows, columns), strict=True)
         ]
         if not any(before + after):
             return
         if (rows + before[0] + after[0]) * (columns + before[1] + after[1]) > MAX_CELLS:
             raise ArgumentError(
-                f"a map of squares of {self.cell:g} m from ({left:.2f}, {bottom:.2f}) to ({right:.2f}, {top:.2f}) m is too large",
+                f"the map would reach from ({left:.2f}, {bottom:.2f}) to ({right:.2f}, {top:.2f}) m: too large",
                 hint="is the pose right? Larger squares make a larger map: elib.Grid(0.02)",
             )
         self.odds = np.pad(self.odds, ((before[0], after[0]), (before[1], after[1])))
@@ -217,7 +229,7 @@ class Grid:
             deep = abs((y - box.y) * along - (x - box.x) * across) <= box.depth / 2
             grid.odds[wide & deep] = MOST
         for post in scene.cylinders:
-            grid.odds[np.hypot(x - post.x, y - post.y) <= post.radius] = MOST
+            grid.fill(post.x, post.y, post.radius)
         grid.changes += 1
         return grid
 
@@ -282,7 +294,7 @@ class Grid:
     def to_world(self, path: str | os.PathLike[str]) -> None:
         """Write the map as a world of the simulator: occupied squares become boxes.
 
-        The arena is as large as the map, and its lower left corner is that of the map.
+        The arena is as large as the map, its lower left corner is that of the map, and a robot stands where it has room.
 
         Args:
             path: Such as ``room-world.toml``, for ``elib simulate room-world.toml``.
@@ -291,7 +303,10 @@ class Grid:
             ArgumentError: The file cannot be written.
         """
         rows, columns = self.odds.shape
-        texts = ['about = "A map, as a world."\n', f"[arena]\nsize = [{columns * self.cell:.6g}, {rows * self.cell:.6g}]\n"]
+        texts = [
+            'about = "A map, as a world."\n',
+            f"[arena]\nsize = [{columns * self.cell:.6g}, {rows * self.cell:.6g}]\nrobots = 1\n",
+        ]
         for row, column, tall, wide in rectangles(self.occupied):
             middle = f"[{(column + wide / 2) * self.cell:.6g}, {(row + tall / 2) * self.cell:.6g}]"
             size = f"[{wide * self.cell:.6g}, {tall * self.cell:.6g}]"
@@ -300,7 +315,8 @@ class Grid:
 
     def __repr__(self) -> str:
         rows, columns = self.odds.shape
-        return f"<Grid of {columns} x {rows} squares of {self.cell:g} m: {int(self.occupied.sum())} occupied, {int(self.free.sum())} free>"
+        known = f"{int(self.occupied.sum())} occupied, {int(self.free.sum())} free"
+        return f"<Grid of {columns} x {rows} squares of {self.cell:g} m: {known}>"
 
 
 def rectangles(taken: NDArray[np.bool_]) -> Iterable[tuple[int, int, int, int]]:

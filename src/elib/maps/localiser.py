@@ -32,7 +32,7 @@ NOISE, WRONG = 0.004, 0.12
 infrared.distance_8_sensors) and the open air."""
 STRAY: Final = 0.1
 """Share of readings that have nothing to do with the map: things that it does not have, glitches."""
-TRUST: Final = 0.4
+TRUST: Final = 0.15
 """Weight of the eight readings of one place: the errors of gains come again at the next."""
 STRIDE, TURN = 0.005, math.radians(3)
 """m driven or rad turned from one look to the next: the same reading again says nothing new."""
@@ -44,10 +44,10 @@ SLIP, SKID = 0.02, 0.03
 """Part of a way, and of a turn, that is lost or won by chance, of a step of 1 cm or 10 degrees."""
 MOST, LEAST, PER_PLACE = 20_000, 300, 15
 """Guesses where nothing is known, at least, and for each place of 5 cm and 15 degrees that still has some."""
-SOUND: Final = 0.55
+SOUND: Final = 0.75
 """Mean fit of the readings, 0 to 1, below which the robot is lost. Where it should be it has 0.8."""
-MEMORY: Final = 0.05
-"""Weight of a look in the mean fit: it takes 20 looks, about 10 cm, to be lost."""
+MEMORY: Final = 0.1
+"""Weight of a look in the mean fit: after 10 looks, 5 cm, they count."""
 NEAR, ASIDE = 0.06, math.radians(30)
 """m and rad from the likeliest place within which guesses are for the same one."""
 SURE: Final = 0.9
@@ -94,7 +94,7 @@ class Localiser:
         (0.2, True)
     """
 
-    def __init__(self, map: Grid, pose: Pose | None = None, *, seed: int = 0) -> None:
+    def __init__(self, map: Grid, pose: Pose | None = None, *, seed: int = 0) -> None:  # noqa: A002
         self.map = map
         self._random = np.random.default_rng(seed)
         self._at: Pose | None = None
@@ -119,17 +119,18 @@ class Localiser:
 
     # -- what moves and what is seen -----------------------------------------------------------------------------------
 
-    def update(self, pose: Pose, distances: Sequence[float]) -> Estimate:
+    def update(self, pose: Pose, distances: Sequence[float] | None) -> Estimate:
         """Take a reading into account, and return where the robot is.
 
         Args:
             pose: ``robot.pose()``: only how it changed since the last call counts, so odometry may begin anywhere.
-            distances: ``robot.distances()``.
+            distances: ``robot.distances()``, with nan for those that say nothing, such as what sees another robot; None
+                if nothing was read.
         """
         if self._at is not None:
             self._move(self._at, pose)
         is_first, self._at = self._at is None, pose
-        if is_first or self._moved >= STRIDE or self._turned >= TURN:
+        if distances is not None and (is_first or self._moved >= STRIDE or self._turned >= TURN):
             self._moved = self._turned = 0.0
             self._look(np.minimum(np.asarray(tuple(distances), float), FARTHEST))
         self.estimate = self._judge()
@@ -137,7 +138,10 @@ class Localiser:
 
     def _move(self, before: Pose, now: Pose) -> None:
         """Let the guesses move as the wheels did, each with its own wheels and some slip."""
-        way, turn = math.dist((before.x, before.y), (now.x, now.y)), math.remainder(now.heading - before.heading, math.tau)
+        way, turn = (
+            math.dist((before.x, before.y), (now.x, now.y)),
+            math.remainder(now.heading - before.heading, math.tau),
+        )
         if way == 0 and turn == 0:
             return
         aside = math.atan2(now.y - before.y, now.x - before.x) - before.heading
@@ -156,7 +160,7 @@ class Localiser:
     def _look(self, seen: Floats) -> None:
         """Weigh the guesses by a reading."""
         found = self._likelihoods(seen)
-        self._weights *= found**(TRUST * len(seen))
+        self._weights *= found ** (TRUST * len(seen))
         whole = self._weights.sum()
         if whole > 0:
             self._weights /= whole
@@ -169,7 +173,23 @@ class Localiser:
 
     def _likelihoods(self, seen: Floats) -> Floats:
         """Return for each guess how well a reading fits, 0 to 1: the geometric mean of its eight distances."""
-        x, y, heading = self._guesses.T[:3]
+        far = self._expected(self._guesses)
+        off = (seen - far) / ((NOISE + WRONG * far) * (1 + self._coarseness))
+        fits = STRAY + (1 - STRAY) * np.exp(-0.5 * off * off)
+        fits = np.where(np.isnan(far), SOUND, fits)  # on unknown ground
+        fits[:, np.isnan(seen)] = 1.0
+        row, column = self._squares(*self._guesses.T[:2])
+        is_standing = self._clear[row, column] >= RADIUS - self.map.cell
+        found: Floats = np.where(is_standing, np.exp(np.log(fits).mean(1)), STRAY)
+        return found
+
+    def expected(self, pose: Pose) -> Floats:
+        """Return the eight distances that the map tells of a pose, m, at most 5.7 cm; nan where it is unknown."""
+        found: Floats = self._expected(np.array([[pose.x, pose.y, pose.heading]]))[0]
+        return found
+
+    def _expected(self, places: Floats) -> Floats:
+        x, y, heading = places.T[:3]
         axes = heading[:, None] + np.asarray(SENSOR_DIRECTIONS)
         cosines, sines = np.cos(axes), np.sin(axes)
         across = (x[:, None] + SENSOR_RADIUS * cosines - self.map.x) / self.map.cell
@@ -181,19 +201,19 @@ class Localiser:
         far = self._far[bins, np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)]
         # From the place of the sensor instead of the middle of its square.
         far = far - self.map.cell * ((across - column) * cosines + (up - row) * sines)
-        far = np.clip(far, 0, FARTHEST)
-        off = (seen - far) / (NOISE + WRONG * far)
-        fits = STRAY + (1 - STRAY) * np.exp(-0.5 * off * off)
-        fits = np.where(np.isnan(far), SOUND, fits)  # on unknown ground
-        row, column = self._squares(x, y)
-        is_standing = self._clear[row, column] >= RADIUS - self.map.cell
-        return np.where(is_inside.all(1) & is_standing, np.exp(np.log(fits).mean(1)), STRAY)
+        found: Floats = np.where(is_inside, np.clip(far, 0, FARTHEST), 0.0)
+        return found
 
     def _squares(self, x: Floats, y: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         rows, columns = self._clear.shape
         row = np.rint((y - self.map.y) / self.map.cell).astype(np.intp)
         column = np.rint((x - self.map.x) / self.map.cell).astype(np.intp)
         return np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)
+
+    @property
+    def _coarseness(self) -> float:
+        """How far apart the guesses are, 0 to 1: many are spread widely, and none is exactly right."""
+        return math.sqrt(len(self._weights) / MOST) if len(self._weights) > 4 * LEAST else 0.0
 
     # -- guesses -------------------------------------------------------------------------------------------------------
 
@@ -227,8 +247,8 @@ class Localiser:
         points = (self._random.uniform() + np.arange(count)) / count
         chosen = np.minimum(np.searchsorted(np.cumsum(self._weights), points), len(self._weights) - 1)
         self._guesses = self._guesses[chosen]
-        jitter = self._random.standard_normal((count, 5)) * (0.001, 0.001, 0.01, BEND / 20, ROLL / 20)
-        self._guesses += jitter
+        jitter = np.array((0.001, 0.001, 0.01, BEND / 20, ROLL / 20)) * (1 + 5 * self._coarseness)
+        self._guesses += jitter * self._random.standard_normal((count, 5))
         self._weights = np.full(count, 1 / count)
 
     def _judge(self) -> Estimate:
@@ -238,17 +258,21 @@ class Localiser:
         sectors = np.rint(heading / ASIDE).astype(np.intp) % round(math.tau / ASIDE)
         of = (squares[0] * (squares[1].max() + 1) + squares[1]) * round(math.tau / ASIDE) + sectors
         weights = self._weights * (of == np.argmax(np.bincount(of, self._weights)))
-        for _ in range(2):
-            share = weights.sum()
-            at_x, at_y = (weights @ x) / share, (weights @ y) / share
+
+        def around() -> tuple[float, float, float, Floats, Floats]:
+            whole = weights.sum()
+            at_x, at_y = float(weights @ x / whole), float(weights @ y / whole)
             angle = math.atan2(weights @ np.sin(heading), weights @ np.cos(heading))
             off = np.remainder(heading - angle + math.pi, math.tau) - math.pi
-            away = np.hypot(x - at_x, y - at_y)
-            weights = self._weights * ((away < NEAR) & (np.abs(off) < ASIDE))
+            return at_x, at_y, angle, np.hypot(x - at_x, y - at_y), off
+
+        *_, away, off = around()
+        weights = self._weights * ((away < NEAR) & (np.abs(off) < ASIDE))
+        at_x, at_y, angle, away, off = around()
         share = weights.sum()
         pose = Pose(
-            float(at_x),
-            float(at_y),
+            at_x,
+            at_y,
             angle,
             time=self._at.time if self._at else math.nan,
             uncertainty=2 * math.sqrt((weights @ away**2) / share),
@@ -282,5 +306,3 @@ def expected(grid: Grid) -> NDArray[np.float32]:
     mixed = sum(share * np.roll(light, -by, axis=0) for by, share in FAN)
     with np.errstate(divide="ignore"):
         return np.minimum(np.sqrt(LIGHT / mixed) - SETBACK, 2 * FARTHEST).astype(np.float32)
-
-

@@ -12,7 +12,7 @@ import asyncio
 import contextlib
 import math
 from collections.abc import AsyncIterator
-from typing import Annotated, Any, ParamSpec, Protocol, TypeVar, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, Protocol, TypeVar, get_args
 
 from elib.base.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
 from elib.base.errors import (
@@ -33,6 +33,9 @@ from elib.link.protocol.table import Request
 from elib.link.protocol.values import Steps
 from elib.link.session import Called, Channel, Ended, Greeted, Reconnected, ResetNoticed, Robot, TraceEvent
 from elib.robot.odometry import EVENTS, Odometry
+
+if TYPE_CHECKING:
+    from elib.maps.grid import Grid
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -271,8 +274,7 @@ class Motion:
             if self._other is not None:
                 wheels = None  # another call that drives is on its way: wait for its outcome
             elif wanted != wheels:
-                wheels = wanted if await self._set(mover, wanted) else None
-                self._check_not_interrupted()
+                wheels = wanted if await self.set_wheels(mover, wanted) else None
                 is_checked = False
             elif ways == (0, 0) and wanted == (0, 0) and is_checked:
                 return
@@ -306,38 +308,43 @@ class Motion:
     async def try_counters(self, mover: Mover) -> bool:
         """Read the step counters once; return False without an answer. Raises what :meth:`read_counters` raises."""
         began = asyncio.get_running_loop().time()
-        found = await self._ask(mover, SPECS["encoders"].request(mover.session.context))
+        found = bool(await self.ask(mover, SPECS["encoders"].request(mover.session.context)))
         if found:
             trip = max(asyncio.get_running_loop().time() - began, PERIOD)
             self._trip += SMOOTHING * (trip - self._trip)
         return found
 
-    async def _set(self, mover: Mover, steps: tuple[int, int]) -> bool:
-        """Set both wheels, steps/s; return False if it is unknown whether that was done."""
-        return await self._ask(mover, _speeds(mover, *steps))
+    async def set_wheels(self, mover: Mover, steps: tuple[int, int]) -> bool:
+        """Set both wheels, steps/s; return False if it is unknown whether that was done.
 
-    async def _ask(self, mover: Mover, request: Request[Any]) -> bool:
+        Raises:
+            MotionInterrupted: Another call drove or stopped the wheels.
+        """
+        is_done = bool(await self.ask(mover, _speeds(mover, *steps)))
+        self._check_not_interrupted()
+        return is_done
+
+    async def ask(self, mover: Mover, request: Request[T]) -> tuple[T, ...]:
+        """Send a request of the motion under way; return its answer alone, or nothing if that was lost."""
         loop = asyncio.get_running_loop()
         timeout = max(self._call_time, CALL_TRIPS * self._trip)
         self._own = request
         try:
-            await mover.session.execute(request, min(timeout, mover.time_left))
+            answer = await mover.session.execute(request, min(timeout, mover.time_left))
         except CommandRejected:
             raise
         except (ReplyTimeout, RemoteProtocolError):  # the answer was lost or garbled
             if mover.time_left <= 0 or (not mover.is_reconnecting and loop.time() - self._answered > SILENCE):
                 raise
             self._call_time = min(2 * self._call_time, MAX_CALL_TIME)
-            is_done = False
         except LinkLost:
             if not mover.is_reconnecting or mover.session.error is not None:
                 raise
             await asyncio.sleep(RETRY_PAUSE)
-            is_done = False
         else:
             self._answered, self._call_time = loop.time(), CALL_TIME
-            is_done = True
-        return is_done
+            return (answer,)
+        return ()
 
     def _check_not_interrupted(self) -> None:
         if self._interrupted_by:
@@ -422,10 +429,12 @@ class Motions(Commands):
         *,
         speed: Speed = CRUISE,
         turn_rate: TurnRate = TURN_RATE,
+        map: Grid | None = None,  # noqa: A002
     ) -> Pose:
         """Turn towards a place, drive there in a straight line, turn to *heading*, and return the pose at the end.
 
-        The robot does not drive round obstacles: they stop it, and odometry does not notice.
+        Without a map the robot does not drive round obstacles: they stop it, and odometry does not notice. With one it
+        drives round what is on it, looks for what is not, and odometry is set right by what it sees on the way.
 
         Args:
             x: Place in the coordinates of odometry, -5 to 5 m, with :func:`elib.really` up to 1000 m; or a pose, which
@@ -434,6 +443,12 @@ class Motions(Commands):
             heading: Direction to look in at the end, rad; None for the direction of the drive.
             speed: The fastest speed of the drive, m/s, up to 0.1288.
             turn_rate: The fastest turn rate, rad/s, up to 4.86.
+            map: What stands where, an ``elib.Grid`` in the coordinates of odometry: ``robot.set_pose()`` first says
+                where on it the robot is. The first time, it turns round once, to learn what its sensors read in the
+                open.
+
+        Raises:
+            NoWay: There is none on the map, or the robot lost it.
 
         Example:
             >>> pose = robot.go_to(0.1, 0.1, heading=0)
@@ -451,7 +466,12 @@ class Motions(Commands):
         end = None if heading is None else _checked(Angle, "heading", heading)
         fastest, turn_rate_limit = _checked(Speed, "speed", speed), _checked(TurnRate, "turn_rate", turn_rate)
         async with self.motion.under_way(self, f"go_to({x}, {y})"):
-            await self.motion.go(self, *place, fastest, turn_rate_limit)
+            if map is None:
+                await self.motion.go(self, *place, fastest, turn_rate_limit)
+            else:
+                from elib.robot.ways import go  # here: it needs NumPy, which most programs never load
+
+                await go(self, map, place, fastest, turn_rate_limit)
             if end is not None:
                 rotation = math.remainder(end - self.motion.odometry.pose.heading, math.tau)
                 await self.motion.turn(self, rotation, turn_rate_limit)
