@@ -14,8 +14,8 @@ from elib.base.errors import LocalProtocolError as LocalProtocolError
 from elib.base.errors import MotionBusy as MotionBusy
 from elib.base.errors import MotionError as MotionError
 from elib.base.errors import MotionInterrupted as MotionInterrupted
-from elib.base.errors import NoWay as NoWay
 from elib.base.errors import NotAnEpuck as NotAnEpuck
+from elib.base.errors import NoWay as NoWay
 from elib.base.errors import ProtocolError as ProtocolError
 from elib.base.errors import RemoteProtocolError as RemoteProtocolError
 from elib.base.errors import ReplayDiffers as ReplayDiffers

@@ -25,11 +25,6 @@ def seeing(grid: elib.Grid, pose: elib.Pose, distances: list[float], times: int 
     return grid
 
 
-def is_occupied(grid: elib.Grid, x: float, y: float) -> bool:
-    """Return whether something stands at a place."""
-    return bool(grid.occupied[grid.square(x, y)])
-
-
 def test_a_new_map_knows_nothing_and_grows_with_what_is_added() -> None:
     grid = elib.Grid()
     assert grid.odds.size == 0
@@ -43,10 +38,10 @@ def test_a_reading_says_that_something_is_there_and_nothing_before_it() -> None:
     left = [*NOTHING[:5], 0.03, math.inf, math.inf]
     grid = seeing(elib.Grid(), elib.Pose(0.2, 0.1, math.pi / 2), left)
     wall = 0.2 - SENSOR_RADIUS - 0.03
-    assert is_occupied(grid, wall, 0.1)
+    assert grid.is_occupied(wall, 0.1)
     assert grid.is_free(wall + 0.015, 0.1)
     assert not grid.is_free(wall - 0.02, 0.1), "what is behind it is not known"
-    assert not is_occupied(grid, wall - 0.02, 0.1)
+    assert not grid.is_occupied(wall - 0.02, 0.1)
 
 
 def test_nothing_seen_says_that_nothing_is_nearer_than_5_cm() -> None:
@@ -59,7 +54,7 @@ def test_nothing_seen_says_that_nothing_is_nearer_than_5_cm() -> None:
 def test_what_is_taken_away_is_forgotten_and_where_the_robot_stands_is_nothing_else() -> None:
     ahead = [0.02, *NOTHING[:6], 0.02]
     grid = seeing(elib.Grid(), elib.Pose(0, 0), ahead, times=50)
-    assert is_occupied(grid, 0.05, 0.02)
+    assert grid.is_occupied(0.05, 0.02)
     seeing(grid, elib.Pose(0.03, 0), NOTHING, times=8)
     assert grid.is_free(0.05, 0.02)
 
@@ -93,7 +88,7 @@ def test_a_world_as_a_map_has_its_walls_boxes_and_cylinders() -> None:
         grid = elib.Grid.of_world(world)
         assert grid.odds.shape == (61, 101)
         for x, y in ((0, 0.3), (1, 0.3), (0.5, 0.6), (0.35, 0.25), (0.7, 0.34), (0.7, 0.3), (0.2, 0.5), (0.22, 0.5)):
-            assert is_occupied(grid, x, y), (x, y)
+            assert grid.is_occupied(x, y), (x, y)
         for x, y in ((0.1, 0.1), (0.35, 0.3), (0.74, 0.3), (0.2, 0.45)):
             assert grid.is_free(x, y), (x, y)
     assert elib.Grid.of_world("maze", 0.02).odds.shape == (71, 71)

@@ -97,6 +97,11 @@ class Grid:
         row, column = self.square(x, y)
         return self.has(row, column) and bool(self.free[row, column])
 
+    def is_occupied(self, x: float, y: float) -> bool:
+        """Return whether something stands at a place, m; False where that is not known."""
+        row, column = self.square(x, y)
+        return self.has(row, column) and bool(self.occupied[row, column])
+
     def square(self, x: float, y: float) -> tuple[int, int]:
         """Return the row and the column of a place; they may lie outside the map."""
         return round((y - self.y) / self.cell), round((x - self.x) / self.cell)
@@ -294,7 +299,7 @@ class Grid:
     def to_world(self, path: str | os.PathLike[str]) -> None:
         """Write the map as a world of the simulator: occupied squares become boxes.
 
-        The arena is as large as the map, its lower left corner is that of the map, and a robot stands where it has room.
+        The arena is as large as the map, its lower left corner is that of the map. A robot stands where it has room.
 
         Args:
             path: Such as ``room-world.toml``, for ``elib simulate room-world.toml``.

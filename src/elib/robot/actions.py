@@ -19,7 +19,7 @@ from elib.link.protocol.styles import action
 from elib.link.protocol.table import WheelEffect, without_example
 from elib.link.protocol.values import Neighbour, Sensors
 from elib.link.session import Robot, check_timeout
-from elib.robot.motion import Motions
+from elib.robot.motions import Motions
 from elib.robot.polling import sensor_polls
 
 if TYPE_CHECKING:

@@ -46,7 +46,7 @@ TOUCHING: Final = 0.008
 MAX_PLANS: Final = 40
 """How often a way is planned: what moves can be in the way again and again."""
 MAX_LOST: Final = 20
-"""Looks in a row that do not fit the map, after which the robot has lost its way."""
+"""Looks in a row in which the robot may be in several places, after which it has lost its way."""
 
 
 class Guide:
@@ -67,7 +67,7 @@ class Guide:
     def __init__(self, mover: Mover, grid: Grid, speed: float, turn_rate: float, *, draws: bool = False) -> None:
         self._mover, self._speed, self._turn_rate, self._draws = mover, speed, turn_rate, draws
         self.known = grid if draws else grid.copy()
-        self._localiser = Localiser(self.known, mover.motion.odometry.pose)
+        self._localiser = Localiser(grid, mover.motion.odometry.pose)
         self.estimate: Estimate = self._localiser.estimate
         self._looked = -math.inf
         self._seen = self._lost = 0
@@ -157,7 +157,7 @@ class Guide:
         known = [math.nan if new else now for now, new in zip(seen, is_new, strict=True)]
         self.estimate = self._localiser.update(motion.odometry.pose, known)
         pose = self.estimate.pose
-        self._lost = 0 if self.estimate.is_sure else self._lost + 1
+        self._lost = self._lost + 1 if self.estimate.share < 0.5 else 0
         if self._lost > MAX_LOST and not self._draws:
             raise NoWay(
                 f"the robot lost its way near ({pose.x:.2f}, {pose.y:.2f}) m: what it reads is not on the map there",
@@ -168,15 +168,18 @@ class Guide:
             if self.known.changes - self._drawn > 30:
                 self._drawn = self.known.changes
                 self._localiser.renew()
-        self._seen = self._seen + 1 if any(is_new[k] for k in FRONT) else 0
+        hits = []
+        for k, (direction, distance) in enumerate(zip(SENSOR_DIRECTIONS, seen, strict=True)):
+            if is_new[k]:
+                axis, far = pose.heading + direction, SENSOR_RADIUS + distance
+                hits.append((k, pose.x + far * math.cos(axis), pose.y + far * math.sin(axis)))
+        is_ahead = any(k in FRONT and not self.known.is_occupied(x, y) for k, x, y in hits)
+        self._seen = self._seen + 1 if is_ahead else 0
         if self._seen < LOOKS and not (self._draws and seen.ahead < TOUCHING):
             return False
         self._seen = 0
-        for direction, distance, new in zip(SENSOR_DIRECTIONS, seen, is_new, strict=True):
-            if new:
-                axis, far = pose.heading + direction, SENSOR_RADIUS + distance
-                self.known.fill(pose.x + far * math.cos(axis), pose.y + far * math.sin(axis), LUMP)
-        self._localiser.renew()
+        for _, x, y in hits:
+            self.known.fill(x, y, LUMP)
         return True
 
 
