@@ -7,6 +7,7 @@ asked of the world. Robot time is simulated: a minute of it takes some seconds.
 from __future__ import annotations
 
 import asyncio
+import asyncio
 import math
 import os
 import random
@@ -24,6 +25,7 @@ from elib.base.errors import ArgumentError, ElibError
 from elib.base.pose import Pose
 from elib.behaviours import OpenAir, find, play
 from elib.behaviours.avoid import STANDING
+from elib.behaviours.explore import draw
 from elib.behaviours.wall_following import follow
 from elib.link.protocol.distances import distances
 from elib.simulator.physics import World
@@ -163,3 +165,55 @@ def go(link: str, seed: int) -> dict[str, float]:
 
     simulated(main)()
     return found
+
+
+# -- maps --------------------------------------------------------------------------------------------------------------
+
+
+def explore(link: str, seed: int, seconds: float = 300.0) -> dict[str, float]:
+    """Draw a map from nothing, and compare it with the world's."""
+    found: dict[str, float] = {}
+
+    async def main() -> None:
+        async with elib.open(link) as robot:
+            world = simulation_of(robot).world
+            assert world is not None
+            start, began = truth(robot), robot.time
+            await robot.set_pose(start.x, start.y, start.heading)
+            grid, ended = elib.Grid(), math.inf
+            try:
+                async with asyncio.timeout(seconds):
+                    await draw(robot, grid)
+                    ended = robot.time - began
+            except (TimeoutError, ElibError) as error:
+                if isinstance(error, ElibError):
+                    print(seed, error)
+            real = truth(robot)
+            believed = robot.motion.odometry.pose
+            found["error"] = math.dist((believed.x, believed.y), (real.x, real.y))
+            found["took"] = ended
+            found.update(compared(grid, elib.Grid.of_world(WORLD)))
+            grid.save(f"/tmp/w/maps/explored-{seed}.png")
+
+    simulated(main)()
+    return found
+
+
+def compared(grid: elib.Grid, real: elib.Grid) -> dict[str, float]:
+    """Return the shares of the squares within the arena that are right, wrong and not known.
+
+    A square is right if what it says stands within 1 cm: walls are thinner than a square.
+    """
+    rows, columns = real.odds.shape
+    row, column = grid.square(real.x, real.y)
+    part = np.zeros((rows, columns), np.float32)
+    for up in range(rows):
+        for aside in range(columns):
+            if grid.has(row + up, column + aside):
+                part[up, aside] = grid.odds[row + up, column + aside]
+    ours = elib.Grid()
+    ours.odds = part
+    near = real.clearance(0.03) <= 0.0101
+    free = real.clearance(0.03) > 0
+    right = (ours.occupied & near) | (ours.free & free)
+    return {"right": float(right.mean()), "wrong": float((~right & ~ours.unknown).mean()), "unknown": float(ours.unknown.mean())}

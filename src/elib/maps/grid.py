@@ -89,13 +89,24 @@ class Grid:
 
     @property
     def free(self) -> NDArray[np.bool_]:
-        """Where nothing stands, by rows and columns. What is neither occupied nor free is unknown."""
+        """Where nothing stands, by rows and columns."""
         return self.odds < -KNOWN
 
     def is_free(self, x: float, y: float) -> bool:
         """Return whether nothing stands at a place, m; False where that is not known."""
         row, column = self.square(x, y)
         return self.has(row, column) and bool(self.free[row, column])
+
+    @property
+    def unknown(self) -> NDArray[np.bool_]:
+        """Of what nothing is known, by rows and columns."""
+        return np.abs(self.odds) <= KNOWN
+
+    @property
+    def edge(self) -> NDArray[np.bool_]:
+        """Where what is free ends and what is unknown begins, by rows and columns: the unknown squares there."""
+        free = np.pad(self.free, 1)
+        return self.unknown & (free[:-2, 1:-1] | free[2:, 1:-1] | free[1:-1, :-2] | free[1:-1, 2:])
 
     def is_occupied(self, x: float, y: float) -> bool:
         """Return whether something stands at a place, m; False where that is not known."""
@@ -122,12 +133,14 @@ class Grid:
             limit: m.
             is_unknown_free: Whether what is unknown is no obstacle.
         """
-        taken = self.occupied if is_unknown_free else ~self.free
+        return self.distance_from(self.occupied if is_unknown_free else ~self.free, limit)
+
+    def distance_from(self, chosen: NDArray[np.bool_], limit: float) -> NDArray[np.float32]:
+        """Return how far each square is from the nearest chosen one, m, at most *limit*."""
         reach = int(limit / self.cell)
-        rows, columns = taken.shape
-        padded = np.zeros((rows + 2 * reach, columns + 2 * reach), bool)
-        padded[reach : reach + rows, reach : reach + columns] = taken
-        found = np.full(taken.shape, limit, np.float32)
+        rows, columns = chosen.shape
+        padded = np.pad(chosen, reach)
+        found = np.full(chosen.shape, limit, np.float32)
         for up in range(-reach, reach + 1):
             for aside in range(-reach, reach + 1):
                 gap = self.cell * math.hypot(up, aside)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
+    Indices = NDArray[np.intp]
 
 BINS: Final = 72
 """Directions in which the readings on the map are calculated beforehand: every 5 degrees."""
@@ -32,6 +33,8 @@ NOISE, WRONG = 0.004, 0.12
 infrared.distance_8_sensors) and the open air."""
 STRAY: Final = 0.1
 """Share of readings that have nothing to do with the map: things that it does not have, glitches."""
+UNKNOWN: Final = 0.9
+"""How well what is read on unknown ground fits: nearly as well as what is right."""
 TRUST: Final = 0.15
 """Weight of the eight readings of one place: the errors of gains come again at the next."""
 STRIDE, TURN = 0.005, math.radians(3)
@@ -42,7 +45,7 @@ ROLL: Final = math.hypot(AXLE_SPREAD, WHEEL_SPREAD / math.sqrt(2))
 """Part of a turn by which they turn too far."""
 SLIP, SKID = 0.02, 0.03
 """Part of a way, and of a turn, that is lost or won by chance, of a step of 1 cm or 10 degrees."""
-MOST, LEAST, PER_PLACE = 20_000, 300, 15
+MOST, LEAST, PER_PLACE = 8_000, 300, 15
 """Guesses where nothing is known, at least, and for each place of 5 cm and 15 degrees that still has some."""
 SOUND: Final = 0.75
 """Mean fit of the readings, 0 to 1, below which the robot is lost. Where it should be it has 0.8."""
@@ -82,6 +85,7 @@ class Localiser:
         map: The map. What is added to it later is seen by :meth:`renew`.
         pose: Where the robot is, with its uncertainty; None if that is not known.
         seed: Seed of its random numbers.
+        is_carried: Whether it may be put elsewhere. False keeps the guesses together while the map itself is drawn.
 
     Example:
         >>> grid = elib.Grid.of_world("maze")
@@ -94,9 +98,10 @@ class Localiser:
         (0.2, True)
     """
 
-    def __init__(self, map: Grid, pose: Pose | None = None, *, seed: int = 0) -> None:  # noqa: A002
+    def __init__(self, map: Grid, pose: Pose | None = None, *, seed: int = 0, is_carried: bool = True) -> None:  # noqa: A002
         self.map = map
         self._random = np.random.default_rng(seed)
+        self._is_carried = is_carried
         self._at: Pose | None = None
         self._moved = self._turned = 0.0
         self._fit = 1.0
@@ -116,6 +121,7 @@ class Localiser:
     def renew(self) -> None:
         """Take the map as it is now."""
         self._far, self._clear = expected(self.map), self.map.clearance(RADIUS + self.map.cell)
+        self._x, self._y = self.map.x, self.map.y  # those of a map that grows change
 
     # -- what moves and what is seen -----------------------------------------------------------------------------------
 
@@ -165,7 +171,7 @@ class Localiser:
         if whole > 0:
             self._weights /= whole
             self._fit += MEMORY * (float(found @ self._weights) - self._fit)
-        if whole <= 0 or self._fit < SOUND:
+        if whole <= 0 or (self._is_carried and self._fit < SOUND):
             self._fit = 1.0
             self._spread(MOST)
         elif 1 / (self._weights @ self._weights) < len(self._weights) / 2:
@@ -176,9 +182,9 @@ class Localiser:
         far = self._expected(self._guesses)
         off = (seen - far) / ((NOISE + WRONG * far) * (1 + self._coarseness))
         fits = STRAY + (1 - STRAY) * np.exp(-0.5 * off * off)
-        fits = np.where(np.isnan(far), SOUND, fits)  # on unknown ground
+        fits = np.where(np.isnan(far), UNKNOWN, fits)
         fits[:, np.isnan(seen)] = 1.0
-        row, column = self._squares(*self._guesses.T[:2])
+        row, column, *_ = self._squares(*self._guesses.T[:2])
         is_standing = self._clear[row, column] >= RADIUS - self.map.cell
         found: Floats = np.where(is_standing, np.exp(np.log(fits).mean(1)), STRAY)
         return found
@@ -189,26 +195,23 @@ class Localiser:
         return found
 
     def _expected(self, places: Floats) -> Floats:
-        x, y, heading = places.T[:3]
-        axes = heading[:, None] + np.asarray(SENSOR_DIRECTIONS)
+        x, y, heading = places.T[:3, :, None]
+        axes = heading + np.asarray(SENSOR_DIRECTIONS)
         cosines, sines = np.cos(axes), np.sin(axes)
-        across = (x[:, None] + SENSOR_RADIUS * cosines - self.map.x) / self.map.cell
-        up = (y[:, None] + SENSOR_RADIUS * sines - self.map.y) / self.map.cell
-        rows, columns = self._clear.shape
-        row, column = np.rint(up).astype(np.intp), np.rint(across).astype(np.intp)
-        bins = np.rint(axes * (BINS / math.tau)).astype(np.intp) % BINS
-        is_inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        far = self._far[bins, np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)]
+        row, column, up, across, is_inside = self._squares(x + SENSOR_RADIUS * cosines, y + SENSOR_RADIUS * sines)
+        far = self._far[np.rint(axes * (BINS / math.tau)).astype(np.intp) % BINS, row, column]
         # From the place of the sensor instead of the middle of its square.
-        far = far - self.map.cell * ((across - column) * cosines + (up - row) * sines)
-        found: Floats = np.where(is_inside, np.clip(far, 0, FARTHEST), 0.0)
+        far = far - self.map.cell * (across * cosines + up * sines)
+        found: Floats = np.where(is_inside, np.clip(far, 0, FARTHEST), np.nan)
         return found
 
-    def _squares(self, x: Floats, y: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def _squares(self, x: Floats, y: Floats) -> tuple[Indices, Indices, Floats, Floats, NDArray[np.bool_]]:
+        """Return rows and columns of places, how far these lie above and right of their middles, and which have one."""
+        up, across = (y - self._y) / self.map.cell, (x - self._x) / self.map.cell
         rows, columns = self._clear.shape
-        row = np.rint((y - self.map.y) / self.map.cell).astype(np.intp)
-        column = np.rint((x - self.map.x) / self.map.cell).astype(np.intp)
-        return np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)
+        row, column = np.rint(up).astype(np.intp), np.rint(across).astype(np.intp)
+        is_inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        return np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1), up - row, across - column, is_inside
 
     @property
     def _coarseness(self) -> float:
@@ -234,8 +237,8 @@ class Localiser:
         chosen = self._random.integers(len(rows), size=count)
         guesses = self._around(Pose(0.0, 0.0), count)
         inside = self._random.uniform(-0.5, 0.5, (2, count))
-        guesses[:, 0] = self.map.x + self.map.cell * (columns[chosen] + inside[0])
-        guesses[:, 1] = self.map.y + self.map.cell * (rows[chosen] + inside[1])
+        guesses[:, 0] = self._x + self.map.cell * (columns[chosen] + inside[0])
+        guesses[:, 1] = self._y + self.map.cell * (rows[chosen] + inside[1])
         guesses[:, 2] = self._random.uniform(-math.pi, math.pi, count)
         self._guesses, self._weights = guesses, np.full(count, 1 / count)
 
@@ -290,7 +293,7 @@ def expected(grid: Grid) -> NDArray[np.float32]:
     step = grid.cell / 2
     reach = math.ceil(REACH / grid.cell)
     padded = np.pad(grid.occupied, reach)
-    unknown = np.pad(~grid.occupied & ~grid.free, reach, constant_values=True)
+    unknown = np.pad(grid.unknown, reach, constant_values=True)
     rows, columns = grid.odds.shape
     light = np.zeros((BINS, rows, columns), np.float32)
     for direction in range(BINS):

@@ -11,10 +11,11 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from elib.base.body import AXLE, METRES_PER_STEP, SENSOR_DIRECTIONS, SENSOR_RADIUS
+from elib.base.body import AXLE, SENSOR_DIRECTIONS, SENSOR_RADIUS, STEPS_PER_REVOLUTION
 from elib.base.errors import NoWay
 from elib.link.protocol.commands import Commands
 from elib.link.protocol.distances import OpenAir, distances
+from elib.link.protocol.values import Proximity, Wheels
 from elib.maps.grid import Grid
 from elib.maps.localiser import Estimate, Localiser
 from elib.maps.ways import Place, way
@@ -42,7 +43,7 @@ LUMP: Final = 0.012
 FRONT: Final = (0, 1, 6, 7)
 """Sensors that see what is in the way."""
 TOUCHING: Final = 0.008
-"""m from something in front at which the robot stands and plans again."""
+"""m from something in front at which a robot that draws a map stands and plans again; and m/s, if it drives on."""
 MAX_PLANS: Final = 40
 """How often a way is planned: what moves can be in the way again and again."""
 MAX_LOST: Final = 20
@@ -62,15 +63,21 @@ class Guide:
     Attributes:
         estimate: Where it is.
         known: The map, and what it has seen beside that.
+        near: The last readings of the infrared sensors, without what they read in the open.
     """
+
+    near: Proximity
 
     def __init__(self, mover: Mover, grid: Grid, speed: float, turn_rate: float, *, draws: bool = False) -> None:
         self._mover, self._speed, self._turn_rate, self._draws = mover, speed, turn_rate, draws
         self.known = grid if draws else grid.copy()
-        self._localiser = Localiser(grid, mover.motion.odometry.pose)
+        if draws:
+            grid.add(mover.motion.odometry.pose, [math.nan] * 8)
+        self._localiser = Localiser(grid, mover.motion.odometry.pose, is_carried=not draws)
         self.estimate: Estimate = self._localiser.estimate
         self._looked = -math.inf
         self._seen = self._lost = 0
+        self._ahead = 0.0
         self._drawn = self.known.changes
 
     async def look_round(self) -> None:
@@ -78,10 +85,11 @@ class Guide:
         odometry = self._mover.motion.odometry
         before, turned = odometry.pose.heading, 0.0
         while turned < math.tau:
-            await self._look(is_placed=False)
+            await self.look(is_placed=False)
             turned += max(0.0, math.remainder(odometry.pose.heading - before, math.tau))
             before = odometry.pose.heading
             await self._drive(0.0, min(self._turn_rate, 1.5))
+        self._localiser.renew()
 
     async def drive_to(self, goal: Place, is_there: Callable[[], bool] = lambda: False) -> None:
         """Drive to a place on the map, m, or until *is_there*; the robot then stands.
@@ -109,7 +117,7 @@ class Guide:
     async def _follow(self, corners: list[Place], is_there: Callable[[], bool]) -> bool:
         """Drive along a way; return whether it came to its end. If not, it is blocked."""
         while corners and not is_there():
-            is_blocked = await self._look()
+            is_blocked = await self.look()
             if is_blocked:
                 await self._drive(0.0, 0.0)
                 return False
@@ -126,15 +134,19 @@ class Guide:
 
     async def _drive(self, ahead: float, turning: float) -> None:
         """Let both wheels turn, m/s and rad/s, until the next look."""
-        loop, motion = asyncio.get_running_loop(), self._mover.motion
-        gap = max(PERIOD, loop.time() - self._looked)
-        ahead = min(ahead, STRETCH / gap)
-        rims = [(ahead + side * turning * AXLE / 2) / METRES_PER_STEP for side in (-1, 1)]
-        scale = min(1.0, FASTEST / METRES_PER_STEP / max(*map(abs, rims), 1.0))
-        await motion.set_wheels(self._mover, (round(scale * rims[0]), round(scale * rims[1])))
-        await asyncio.sleep(max(0.0, self._looked + PERIOD - loop.time()))
+        gap = max(PERIOD, asyncio.get_running_loop().time() - self._looked)
+        self._ahead = ahead = min(ahead, STRETCH / gap)
+        rims = [(ahead + side * turning * AXLE / 2) / FASTEST for side in (-1, 1)]
+        scale = max(*map(abs, rims), 1.0)
+        await self.roll(Wheels(rims[0] / scale, rims[1] / scale))
 
-    async def _look(self, *, is_placed: bool = True) -> bool:
+    async def roll(self, wheels: Wheels) -> None:
+        """Let the wheels turn with these speeds until the next look."""
+        steps = [round(STEPS_PER_REVOLUTION * speed) for speed in wheels]
+        await self._mover.motion.set_wheels(self._mover, (steps[0], steps[1]))
+        await asyncio.sleep(max(0.0, self._looked + PERIOD - asyncio.get_running_loop().time()))
+
+    async def look(self, *, is_placed: bool = True) -> bool:
         """Read wheels and distances, and find the robot; return whether something is in the way that is not known.
 
         After a lost answer the robot stands until it has the next.
@@ -147,14 +159,20 @@ class Guide:
             await motion.set_wheels(mover, (0, 0))
         context = mover.context
         context.open_air = context.open_air or OpenAir()
-        seen = distances(context.open_air(near[0]))
+        self.near = context.open_air(near[0])
+        seen = distances(self.near)
         if not is_placed:
             self.estimate = self._localiser.update(motion.odometry.pose, None)
+            if self._draws:
+                self.known.add(self.estimate.pose, seen)
             return False
         expected = self._localiser.expected(self.estimate.pose)
-        is_new = [now < TOLD and now < there - NEARER for now, there in zip(seen, expected, strict=True)]
-        # What is not on the map does not tell where the robot is.
-        known = [math.nan if new else now for now, new in zip(seen, is_new, strict=True)]
+        if self._draws:
+            is_new = [now < TOUCHING < self._ahead for now in seen]
+            known = list(seen)
+        else:  # what is not on the map does not tell where the robot is
+            is_new = [now < TOLD and now < there - NEARER for now, there in zip(seen, expected, strict=True)]
+            known = [math.nan if new else now for now, new in zip(seen, is_new, strict=True)]
         self.estimate = self._localiser.update(motion.odometry.pose, known)
         pose = self.estimate.pose
         self._lost = self._lost + 1 if self.estimate.share < 0.5 else 0
@@ -175,7 +193,7 @@ class Guide:
                 hits.append((k, pose.x + far * math.cos(axis), pose.y + far * math.sin(axis)))
         is_ahead = any(k in FRONT and not self.known.is_occupied(x, y) for k, x, y in hits)
         self._seen = self._seen + 1 if is_ahead else 0
-        if self._seen < LOOKS and not (self._draws and seen.ahead < TOUCHING):
+        if self._seen < (1 if self._draws else LOOKS):
             return False
         self._seen = 0
         for _, x, y in hits:

@@ -1,0 +1,99 @@
+"""Explore an unknown arena: drive to the nearest place from which something new is seen, and draw a map."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated
+
+from elib.base.body import WHEEL_CIRCUMFERENCE
+from elib.base.errors import NoWay
+from elib.base.pose import Pose
+from elib.behaviours import Quantity, RunContext, behaviour
+from elib.behaviours.avoid import STANDING
+from elib.behaviours.wall_following import follow, sees_wall
+from elib.robot.aio import Epuck
+
+if TYPE_CHECKING:
+    from elib.maps.grid import Grid
+    from elib.robot.ways import Guide
+
+Pace = Annotated[float, Quantity("pace", "m/s", 0.02, 0.12, scale=1e6)]
+
+TURN_RATE = 1.5
+"""rad/s."""
+MAX_LOOSE = 1.5
+"""m without a wall after which it looks for what is unknown instead."""
+AROUND, HOME = 0.6, 0.05
+"""m that it has driven at least when it is back, and from where it began then: the way round a post is shorter."""
+MAX_CRUISE = 0.5
+"""rev/s along walls: a wheel round the outside of a corner is nearly twice as fast."""
+FILE = "explored.png"
+"""Where the map is left, with explored.toml beside it."""
+
+
+async def draw(robot: Epuck, grid: Grid, *, pace: float = 0.08) -> None:
+    """Draw a map of all that the robot can come to, in the coordinates of its odometry; the robot then stands.
+
+    Args:
+        robot: The robot.
+        grid: The map; what it knows already is not looked at again.
+        pace: The fastest speed, m/s.
+    """
+    from elib.maps.ways import frontier, is_edge  # here: they need NumPy
+    from elib.robot.ways import Guide
+
+    given_up: list[tuple[float, float]] = []
+    async with robot.motion.under_way(robot, "explore"):
+        guide = Guide(robot, grid, pace, TURN_RATE, draws=True)
+        await guide.look_round()
+        await _along_walls(guide, min(pace / WHEEL_CIRCUMFERENCE, MAX_CRUISE))
+        while (goal := frontier(grid, (guide.estimate.pose.x, guide.estimate.pose.y), given_up)) is not None:
+            place = goal
+            try:
+                await guide.drive_to(place, lambda: not is_edge(grid, place))  # noqa: B023
+            except NoWay:
+                given_up.append(place)
+            else:
+                if is_edge(grid, place):
+                    given_up.append(place)
+
+
+async def _along_walls(guide: Guide, cruise: float) -> None:
+    """Follow the wall on the right until the robot is where it was, or has found none: most of a map in one go."""
+    wheels, driven, loose = STANDING, 0.0, 0.0
+    first: Pose | None = None
+    before = guide.estimate.pose
+    while loose < MAX_LOOSE and (first is None or driven < AROUND or gap(first, before) > HOME):
+        await guide.look()
+        here = guide.estimate.pose
+        way, before = gap(here, before), here
+        driven, loose = driven + way, 0.0 if sees_wall(guide.near) else loose + way
+        if first is None and not loose:
+            first, driven = here, 0.0
+        wheels = follow(guide.near, wheels, cruise=cruise, is_lost=first is None)
+        await guide.roll(wheels)
+
+
+def gap(one: Pose, other: Pose) -> float:
+    """Return how far two places are from each other, m."""
+    return math.dist((one.x, one.y), (other.x, other.y))
+
+
+@behaviour(world="maze", group="vehicles")
+async def explore(robot: Epuck, run: RunContext, *, pace: Pace = 0.08) -> None:
+    """Explore an unknown arena and leave a map of it in explored.png and explored.toml.
+
+    Args:
+        robot: The robot to drive.
+        run: The run.
+        pace: The fastest speed.
+    """
+    from elib.maps.grid import Grid
+
+    grid = Grid()
+    run.state("exploring")
+    try:
+        await draw(robot, grid, pace=pace)
+    finally:
+        grid.save(FILE)
+        run.say(f"{grid}: {FILE}")
