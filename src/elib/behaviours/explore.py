@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import math
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +12,7 @@ from elib.base.errors import NoWay
 from elib.base.pose import Pose
 from elib.behaviours import Quantity, RunContext, behaviour
 from elib.behaviours.avoid import STANDING
-from elib.behaviours.wall_following import follow, sees_wall
+from elib.behaviours.wall_following import follow, sees_wall, wall_distance
 from elib.robot.aio import Epuck
 
 if TYPE_CHECKING:
@@ -25,7 +27,11 @@ MAX_LOOSE = 1.5
 """m without a wall after which it looks for what is unknown instead."""
 AROUND, HOME = 0.6, 0.05
 """m that it has driven at least when it is back, and from where it began then: the way round a post is shorter."""
-MAX_CRUISE = 0.5
+STRETCH, NEAR = 0.10, 0.055
+"""m along a wall that tell its direction, and from it."""
+STRAIGHT, SLANTED = 0.06, 0.35
+"""rad: how exactly it does, and from where a wall does not stand at right angles to the others."""
+MAX_CRUISE = 0.52
 """rev/s along walls: a wheel round the outside of a corner is nearly twice as fast."""
 FILE = "explored.png"
 """Where the map is left, with explored.toml beside it."""
@@ -39,23 +45,22 @@ async def draw(robot: Epuck, grid: Grid, *, pace: float = 0.08) -> None:
         grid: The map; what it knows already is not looked at again.
         pace: The fastest speed, m/s.
     """
-    from elib.maps.ways import frontier, is_edge  # here: they need NumPy
+    from elib.maps.ways import frontier, is_seen  # here: they need NumPy
     from elib.robot.ways import Guide
 
     given_up: list[tuple[float, float]] = []
     async with robot.motion.under_way(robot, "explore"):
         guide = Guide(robot, grid, pace, TURN_RATE, draws=True)
-        await guide.look_round()
-        await _along_walls(guide, min(pace / WHEEL_CIRCUMFERENCE, MAX_CRUISE))
-        while (goal := frontier(grid, (guide.estimate.pose.x, guide.estimate.pose.y), given_up)) is not None:
-            place = goal
-            try:
-                await guide.drive_to(place, lambda: not is_edge(grid, place))  # noqa: B023
-            except NoWay:
-                given_up.append(place)
-            else:
-                if is_edge(grid, place):
-                    given_up.append(place)
+        try:
+            await guide.look_round()
+            await _along_walls(guide, min(pace / WHEEL_CIRCUMFERENCE, MAX_CRUISE))
+            while (goal := frontier(grid, (guide.estimate.pose.x, guide.estimate.pose.y), given_up)) is not None:
+                with contextlib.suppress(NoWay):
+                    await guide.drive_to(goal, functools.partial(is_seen, grid, goal))
+                if not is_seen(grid, goal):
+                    given_up.append(goal)
+        finally:
+            robot.motion.odometry.pose = guide.estimate.pose
 
 
 async def _along_walls(guide: Guide, cruise: float) -> None:
@@ -63,6 +68,7 @@ async def _along_walls(guide: Guide, cruise: float) -> None:
     wheels, driven, loose = STANDING, 0.0, 0.0
     first: Pose | None = None
     before = guide.estimate.pose
+    straight = Straight()
     while loose < MAX_LOOSE and (first is None or driven < AROUND or gap(first, before) > HOME):
         await guide.look()
         here = guide.estimate.pose
@@ -70,8 +76,44 @@ async def _along_walls(guide: Guide, cruise: float) -> None:
         driven, loose = driven + way, 0.0 if sees_wall(guide.near) else loose + way
         if first is None and not loose:
             first, driven = here, 0.0
+        heading = straight(here, wall_distance(guide.near.right))
+        if heading is not None:
+            guide.localiser.turn_to(heading, STRAIGHT)
         wheels = follow(guide.near, wheels, cruise=cruise, is_lost=first is None)
         await guide.roll(wheels)
+
+
+class Straight:
+    """Tells the heading beside a wall, if all walls stand at right angles to the first one."""
+
+    def __init__(self) -> None:
+        self._looks: list[tuple[Pose, float]] = []
+        self._first: float | None = None
+
+    def __call__(self, pose: Pose, distance: float) -> float | None:
+        """Return the heading at *pose*, rad; None if the last stretch was not straight along a wall.
+
+        Args:
+            pose: Where the robot thinks to be.
+            distance: Of the wall beside it, m.
+        """
+        self._looks.append((pose, distance))
+        while gap(self._looks[0][0], pose) > STRETCH:
+            del self._looks[0]
+        beside = [seen for _, seen in self._looks]
+        turned = [math.remainder(each.heading - pose.heading, math.tau) for each, _ in self._looks]
+        way = gap(self._looks[0][0], pose)
+        if way < 0.8 * STRETCH or max(beside) > NEAR or max(beside) - min(beside) > 0.006:
+            return None
+        if max(turned) - min(turned) > 0.2:
+            return None
+        # Along the wall it came nearer or went away by this angle; the headings on the way were about as much aside.
+        aside = math.atan2(beside[-1] - beside[0], way)
+        wall = pose.heading + sum(turned) / len(turned) - aside
+        if self._first is None:
+            self._first = wall
+        off = math.remainder(wall - self._first, math.tau / 4)
+        return None if abs(off) > SLANTED else pose.heading - off
 
 
 def gap(one: Pose, other: Pose) -> float:

@@ -123,6 +123,18 @@ class Localiser:
         self._far, self._clear = expected(self.map), self.map.clearance(RADIUS + self.map.cell)
         self._x, self._y = self.map.x, self.map.y  # those of a map that grows change
 
+    def turn_to(self, heading: float, deviation: float) -> None:
+        """Take into account that something else tells the heading, rad: a compass, or a wall whose direction is known.
+
+        Args:
+            heading: In the coordinates of the map.
+            deviation: Its standard deviation.
+        """
+        off = np.remainder(self._guesses[:, 2] - heading + math.pi, math.tau) - math.pi
+        self._weights *= np.exp(-0.5 * np.minimum((off / deviation) ** 2, 50.0))
+        self._weights /= self._weights.sum()
+        self.estimate = self._judge()
+
     # -- what moves and what is seen -----------------------------------------------------------------------------------
 
     def update(self, pose: Pose, distances: Sequence[float] | None) -> Estimate:

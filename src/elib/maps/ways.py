@@ -91,14 +91,14 @@ def frontier(grid: Grid, start: Place, given_up: Iterable[Place] = ()) -> Place 
     return grid.place(*found[-1]) if found else None
 
 
-def is_edge(grid: Grid, place: Place) -> bool:
-    """Return whether something unknown can be seen from a place, m."""
+def is_seen(grid: Grid, place: Place) -> bool:
+    """Return whether from a place, m, nothing unknown is left to see."""
     row, column = grid.square(*place)
     reach = int(SIGHT / grid.cell)
     rows, columns = np.nonzero(
         grid.edge[max(0, row - reach) : row + reach + 1, max(0, column - reach) : column + reach + 1]
     )
-    return bool((np.hypot(rows - min(row, reach), columns - min(column, reach)) * grid.cell <= SIGHT).any())
+    return not bool((np.hypot(rows - min(row, reach), columns - min(column, reach)) * grid.cell <= SIGHT).any())
 
 
 def _costs(grid: Grid, begin: Square, *, through_unknown: bool) -> tuple[NDArray[np.float32], NDArray[np.float64]]:

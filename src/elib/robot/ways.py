@@ -61,6 +61,7 @@ class Guide:
         draws: Whether what it sees is added to the map, and it may drive where nothing is known.
 
     Attributes:
+        localiser: What finds it on the map.
         estimate: Where it is.
         known: The map, and what it has seen beside that.
         near: The last readings of the infrared sensors, without what they read in the open.
@@ -73,8 +74,8 @@ class Guide:
         self.known = grid if draws else grid.copy()
         if draws:
             grid.add(mover.motion.odometry.pose, [math.nan] * 8)
-        self._localiser = Localiser(grid, mover.motion.odometry.pose, is_carried=not draws)
-        self.estimate: Estimate = self._localiser.estimate
+        self.localiser = Localiser(grid, mover.motion.odometry.pose, is_carried=not draws)
+        self.estimate: Estimate = self.localiser.estimate
         self._looked = -math.inf
         self._seen = self._lost = 0
         self._ahead = 0.0
@@ -89,7 +90,7 @@ class Guide:
             turned += max(0.0, math.remainder(odometry.pose.heading - before, math.tau))
             before = odometry.pose.heading
             await self._drive(0.0, min(self._turn_rate, 1.5))
-        self._localiser.renew()
+        self.localiser.renew()
 
     async def drive_to(self, goal: Place, is_there: Callable[[], bool] = lambda: False) -> None:
         """Drive to a place on the map, m, or until *is_there*; the robot then stands.
@@ -134,17 +135,18 @@ class Guide:
 
     async def _drive(self, ahead: float, turning: float) -> None:
         """Let both wheels turn, m/s and rad/s, until the next look."""
-        gap = max(PERIOD, asyncio.get_running_loop().time() - self._looked)
-        self._ahead = ahead = min(ahead, STRETCH / gap)
+        self._ahead = ahead
         rims = [(ahead + side * turning * AXLE / 2) / FASTEST for side in (-1, 1)]
         scale = max(*map(abs, rims), 1.0)
         await self.roll(Wheels(rims[0] / scale, rims[1] / scale))
 
     async def roll(self, wheels: Wheels) -> None:
-        """Let the wheels turn with these speeds until the next look."""
-        steps = [round(STEPS_PER_REVOLUTION * speed) for speed in wheels]
+        """Let the wheels turn with these speeds until the next look; more slowly on a slow link."""
+        loop = asyncio.get_running_loop()
+        way = max(PERIOD, loop.time() - self._looked) * FASTEST * abs(wheels.left + wheels.right) / 2
+        steps = [round(min(1.0, STRETCH / max(way, 1e-9)) * STEPS_PER_REVOLUTION * speed) for speed in wheels]
         await self._mover.motion.set_wheels(self._mover, (steps[0], steps[1]))
-        await asyncio.sleep(max(0.0, self._looked + PERIOD - asyncio.get_running_loop().time()))
+        await asyncio.sleep(max(0.0, self._looked + PERIOD - loop.time()))
 
     async def look(self, *, is_placed: bool = True) -> bool:
         """Read wheels and distances, and find the robot; return whether something is in the way that is not known.
@@ -162,18 +164,18 @@ class Guide:
         self.near = context.open_air(near[0])
         seen = distances(self.near)
         if not is_placed:
-            self.estimate = self._localiser.update(motion.odometry.pose, None)
+            self.estimate = self.localiser.update(motion.odometry.pose, None)
             if self._draws:
                 self.known.add(self.estimate.pose, seen)
             return False
-        expected = self._localiser.expected(self.estimate.pose)
+        expected = self.localiser.expected(self.estimate.pose)
         if self._draws:
             is_new = [now < TOUCHING < self._ahead for now in seen]
             known = list(seen)
         else:  # what is not on the map does not tell where the robot is
             is_new = [now < TOLD and now < there - NEARER for now, there in zip(seen, expected, strict=True)]
             known = [math.nan if new else now for now, new in zip(seen, is_new, strict=True)]
-        self.estimate = self._localiser.update(motion.odometry.pose, known)
+        self.estimate = self.localiser.update(motion.odometry.pose, known)
         pose = self.estimate.pose
         self._lost = self._lost + 1 if self.estimate.share < 0.5 else 0
         if self._lost > MAX_LOST and not self._draws:
@@ -185,7 +187,7 @@ class Guide:
             self.known.add(pose, seen)
             if self.known.changes - self._drawn > 30:
                 self._drawn = self.known.changes
-                self._localiser.renew()
+                self.localiser.renew()
         hits = []
         for k, (direction, distance) in enumerate(zip(SENSOR_DIRECTIONS, seen, strict=True)):
             if is_new[k]:
