@@ -105,6 +105,6 @@ def test_a_robot_that_is_put_elsewhere_says_that_it_lost_its_way() -> None:
 
         moved: list[float] = []
         world.follow(put)
-        with pytest.raises(NoWay, match="lost its way|Is the robot where"):
+        with pytest.raises(NoWay, match=r"lost its way|Is the robot where"):
             robot.go_to(1.3, 1.3, map=elib.Grid.of_world("maze"))
         assert moved

@@ -123,7 +123,11 @@ def gap(one: Pose, other: Pose) -> float:
 
 @behaviour(world="maze", group="vehicles")
 async def explore(robot: Epuck, run: RunContext, *, pace: Pace = 0.08) -> None:
-    """Explore an unknown arena and leave a map of it in explored.png and explored.toml.
+    """Explore an unknown arena and leave a map of it, explored.png and explored.toml; earlier ones are replaced.
+
+    First it follows the wall on the right, once round, then it drives to what is still unknown. Walls that stand at
+    nearly right angles are drawn so: that keeps the map straight, though no robot's wheels are alike. In a wide room in
+    which it sees no wall for long the map bends.
 
     Args:
         robot: The robot to drive.
@@ -137,5 +141,6 @@ async def explore(robot: Epuck, run: RunContext, *, pace: Pace = 0.08) -> None:
     try:
         await draw(robot, grid, pace=pace)
     finally:
-        grid.save(FILE)
-        run.say(f"{grid}: {FILE}")
+        if grid.odds.size:
+            grid.save(FILE)
+            run.say(f"{grid}: {FILE}")

@@ -104,9 +104,10 @@ class Grid:
 
     @property
     def edge(self) -> NDArray[np.bool_]:
-        """Where what is free ends and what is unknown begins, by rows and columns: the unknown squares there."""
+        """Unknown squares beside free ones, by rows and columns. Those beside occupied ones are surfaces."""
         free = np.pad(self.free, 1)
-        return self.unknown & (free[:-2, 1:-1] | free[2:, 1:-1] | free[1:-1, :-2] | free[1:-1, 2:])
+        is_beside = free[:-2, 1:-1] | free[2:, 1:-1] | free[1:-1, :-2] | free[1:-1, 2:]
+        return self.unknown & is_beside & (self.clearance(2.5 * self.cell) > 1.5 * self.cell)
 
     def is_occupied(self, x: float, y: float) -> bool:
         """Return whether something stands at a place, m; False where that is not known."""
