@@ -194,19 +194,18 @@ def explore(link: str, seed: int, seconds: float = 300.0) -> dict[str, float]:
                     print(seed, error)
             real = truth(robot)
             believed = robot.motion.odometry.pose
-            found["error"] = math.dist((believed.x, believed.y), (real.x, real.y))
             found["took"] = ended
-            found.update(compared(grid, elib.Grid.of_world(WORLD)))
+            found.update(compared(grid, elib.Grid.of_world(WORLD), believed, real))
 
     simulated(main)()
     return found
 
 
-def compared(grid: elib.Grid, real: elib.Grid) -> dict[str, float]:
+def compared(grid: elib.Grid, real: elib.Grid, believed: Pose, true: Pose) -> dict[str, float]:
     """Return the shares of the squares within the arena that are right, wrong and not known.
 
-    The map is laid over the world's as it fits best, turned by up to 6 degrees and moved by up to 6 cm: where its
-    coordinates begin is not told by the arena. A square is right if what it says stands within 1 cm: walls are thinner
+    The map is laid over the world's by where the robot stands on both, and then as it fits best, turned by up to 6
+    degrees and moved by up to 6 cm: where its coordinates begin is not told by the arena. A square is right if what it says stands within 1 cm: walls are thinner
     than a square.
     """
     is_wall, is_free = real.clearance(0.03) <= 0.0101, real.clearance(0.03) > 0
@@ -216,9 +215,9 @@ def compared(grid: elib.Grid, real: elib.Grid) -> dict[str, float]:
     for turn in np.radians(np.arange(-6, 6.5, 0.5)):
         for right in np.arange(-0.06, 0.065, 0.01):
             for up in np.arange(-0.06, 0.065, 0.01):
-                from_x, from_y = x - 0.7, y - 0.7
-                there_x = 0.7 + from_x * np.cos(turn) - from_y * np.sin(turn) + right
-                there_y = 0.7 + from_y * np.cos(turn) + from_x * np.sin(turn) + up
+                from_x, from_y, angle = x - true.x, y - true.y, believed.heading - true.heading + turn
+                there_x = believed.x + from_x * np.cos(angle) - from_y * np.sin(angle) + right
+                there_y = believed.y + from_y * np.cos(angle) + from_x * np.sin(angle) + up
                 column = np.rint((there_x - grid.x) / grid.cell).astype(int)
                 row = np.rint((there_y - grid.y) / grid.cell).astype(int)
                 is_on = (row >= 0) & (row < grid.odds.shape[0]) & (column >= 0) & (column < grid.odds.shape[1])

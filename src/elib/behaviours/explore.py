@@ -68,7 +68,7 @@ async def _along_walls(guide: Guide, cruise: float) -> None:
     wheels, driven, loose = STANDING, 0.0, 0.0
     first: Pose | None = None
     before = guide.estimate.pose
-    straight = Straight()
+    straight, is_straight = Straight(), False
     while loose < MAX_LOOSE and (first is None or driven < AROUND or gap(first, before) > HOME):
         await guide.look()
         here = guide.estimate.pose
@@ -78,6 +78,10 @@ async def _along_walls(guide: Guide, cruise: float) -> None:
             first, driven = here, 0.0
         heading = straight(here, wall_distance(guide.near.right))
         if heading is not None:
+            if not is_straight:  # what was drawn before may be turned against it
+                guide.known.odds[:] = 0
+                guide.localiser.renew()
+            is_straight = True
             guide.localiser.turn_to(heading, STRAIGHT)
         wheels = follow(guide.near, wheels, cruise=cruise, is_lost=first is None)
         await guide.roll(wheels)
@@ -95,7 +99,7 @@ class Straight:
 
         Args:
             pose: Where the robot thinks to be.
-            distance: Of the wall beside it, m.
+            distance: How far the wall beside it is, m.
         """
         self._looks.append((pose, distance))
         while gap(self._looks[0][0], pose) > STRETCH:

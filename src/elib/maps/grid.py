@@ -30,7 +30,7 @@ SURE: Final = 0.05
 """m up to which a sensor that sees nothing says that nothing is there: the least sensitive ones see no farther."""
 WRONG: Final = 0.06
 """Part of a distance by which it is wrong: gains differ by 17 % (measured-robots: infrared.distance_8_sensors)."""
-FREE, OCCUPIED, MOST = -0.3, 0.6, 4.0
+FREE, OCCUPIED, MAX_ODDS = -0.3, 0.6, 4.0
 """What a reading adds to the logarithm of the odds, and where that ends: a thing that is taken away is forgotten."""
 DRIVEN: Final = -1.0
 """What the body adds where it stands: nothing else can be there."""
@@ -180,12 +180,12 @@ class Grid:
             is_there = (off <= 1) & (np.abs(away - distance) <= band)
             is_between = (off <= 1) & (away < min(distance - band, SURE))
             added += np.where(is_there, OCCUPIED * (1 - off * off), 0.0) + np.where(is_between, FREE, 0.0)
-        self.odds[part] = np.clip(self.odds[part] + added, -MOST, MOST)
+        self.odds[part] = np.clip(self.odds[part] + added, -MAX_ODDS, MAX_ODDS)
 
     def fill(self, x: float, y: float, radius: float) -> None:
         """Put something round on the map, whatever was known there; what lies outside the map is left out."""
         rows, columns = np.ogrid[: self.odds.shape[0], : self.odds.shape[1]]
-        self.odds[np.hypot(self.x + columns * self.cell - x, self.y + rows * self.cell - y) <= radius] = MOST
+        self.odds[np.hypot(self.x + columns * self.cell - x, self.y + rows * self.cell - y) <= radius] = MAX_ODDS
         self.changes += 1
 
     def _middles(self, row: int, column: int, reach: int) -> tuple[Any, Any]:
@@ -232,7 +232,9 @@ class Grid:
             world = importlib.import_module("elib.simulator.physics.scene").Scene.load(world)
         scene = getattr(world, "scene", world)
         grid = cls(cell)
-        grid.odds = np.full((round(scene.depth / grid.cell) + 1, round(scene.width / grid.cell) + 1), -MOST, np.float32)
+        grid.odds = np.full(
+            (round(scene.depth / grid.cell) + 1, round(scene.width / grid.cell) + 1), -MAX_ODDS, np.float32
+        )
         x, y = np.meshgrid(*(np.arange(size) * grid.cell for size in grid.odds.shape[::-1]))
         for wall in (*scene.edge, *scene.surfaces):
             count = math.ceil(4 * math.hypot(wall.x2 - wall.x1, wall.y2 - wall.y1) / grid.cell) + 1
@@ -241,12 +243,12 @@ class Grid:
                 for ends in ((wall.x1, wall.x2), (wall.y1, wall.y2))
             )
             is_inside = (rows >= 0) & (rows < x.shape[0]) & (columns >= 0) & (columns < x.shape[1])
-            grid.odds[rows[is_inside], columns[is_inside]] = MOST
+            grid.odds[rows[is_inside], columns[is_inside]] = MAX_ODDS
         for box in scene.boxes:
             along, across = math.cos(box.angle), math.sin(box.angle)
             wide = abs((x - box.x) * along + (y - box.y) * across) <= box.width / 2
             deep = abs((y - box.y) * along - (x - box.x) * across) <= box.depth / 2
-            grid.odds[wide & deep] = MOST
+            grid.odds[wide & deep] = MAX_ODDS
         for post in scene.cylinders:
             grid.fill(post.x, post.y, post.radius)
         grid.changes += 1
@@ -305,7 +307,7 @@ class Grid:
         except (OSError, SyntaxError) as error:
             raise ArgumentError(f"{path} is not a picture: {error}", hint="a map is a PNG file") from None
         share = np.clip(grey / 255, 0.001, 0.999)
-        grid.odds = np.clip(np.log((1 - share) / share), -MOST, MOST).astype(np.float32)
+        grid.odds = np.clip(np.log((1 - share) / share), -MAX_ODDS, MAX_ODDS).astype(np.float32)
         grid.odds[np.abs(grid.odds) < 0.01] = 0  # grey 127 and 128
         grid.x, grid.y, grid.changes = x, y, 1
         return grid

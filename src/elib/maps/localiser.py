@@ -45,7 +45,7 @@ ROLL: Final = math.hypot(AXLE_SPREAD, WHEEL_SPREAD / math.sqrt(2))
 """Part of a turn by which they turn too far."""
 SLIP, SKID = 0.02, 0.03
 """Part of a way, and of a turn, that is lost or won by chance, of a step of 1 cm or 10 degrees."""
-MOST, LEAST, PER_PLACE = 8_000, 300, 15
+MAX_GUESSES, MIN_GUESSES, PER_PLACE = 8_000, 300, 15
 """Guesses where nothing is known, at least, and for each place of 5 cm and 15 degrees that still has some."""
 SOUND: Final = 0.75
 """Mean fit of the readings, 0 to 1, below which the robot is lost. Where it should be it has 0.8."""
@@ -107,10 +107,10 @@ class Localiser:
         self._fit = 1.0
         self.renew()
         if pose is None:
-            self._spread(MOST)
+            self._spread(MAX_GUESSES)
         else:
-            self._guesses = self._around(pose, LEAST)
-            self._weights = np.full(LEAST, 1 / LEAST)
+            self._guesses = self._around(pose, MIN_GUESSES)
+            self._weights = np.full(MIN_GUESSES, 1 / MIN_GUESSES)
         self.estimate = self._judge()
 
     @property
@@ -185,7 +185,7 @@ class Localiser:
             self._fit += MEMORY * (float(found @ self._weights) - self._fit)
         if whole <= 0 or (self._is_carried and self._fit < SOUND):
             self._fit = 1.0
-            self._spread(MOST)
+            self._spread(MAX_GUESSES)
         elif 1 / (self._weights @ self._weights) < len(self._weights) / 2:
             self._draw()
 
@@ -228,7 +228,7 @@ class Localiser:
     @property
     def _coarseness(self) -> float:
         """How far apart the guesses are, 0 to 1: many are spread widely, and none is exactly right."""
-        return math.sqrt(len(self._weights) / MOST) if len(self._weights) > 4 * LEAST else 0.0
+        return math.sqrt(len(self._weights) / MAX_GUESSES) if len(self._weights) > 4 * MIN_GUESSES else 0.0
 
     # -- guesses -------------------------------------------------------------------------------------------------------
 
@@ -258,7 +258,7 @@ class Localiser:
         """Draw the guesses again, each as often as its weight says; fewer, the fewer places they are for."""
         heads = np.floor(self._guesses[:, :3] / (0.05, 0.05, math.radians(15))).astype(np.int64)
         places = len(np.unique(heads[self._weights * len(heads) > 0.1] @ (1, 1_000, 1_000_000)))
-        count = min(max(LEAST, PER_PLACE * places), len(self._weights))
+        count = min(max(MIN_GUESSES, PER_PLACE * places), len(self._weights))
         points = (self._random.uniform() + np.arange(count)) / count
         chosen = np.minimum(np.searchsorted(np.cumsum(self._weights), points), len(self._weights) - 1)
         self._guesses = self._guesses[chosen]

@@ -112,7 +112,7 @@ class Guide:
             blocked += 1
         raise NoWay(
             f"the way to ({goal[0]:.2f}, {goal[1]:.2f}) m is blocked by what is not on the map, {blocked} times so far",
-            hint="does something move there? Is the robot where the map has it? Try again later, or map it anew",
+            hint="does something move there? Is the robot where the map has it? Try again later, or draw the map again",
         )
 
     async def _follow(self, corners: list[Place], is_there: Callable[[], bool]) -> bool:
