@@ -205,8 +205,8 @@ def compared(grid: elib.Grid, real: elib.Grid, believed: Pose, true: Pose) -> di
     """Return the shares of the squares within the arena that are right, wrong and not known.
 
     The map is laid over the world's by where the robot stands on both, and then as it fits best, turned by up to 6
-    degrees and moved by up to 6 cm: where its coordinates begin is not told by the arena. A square is right if what it says stands within 1 cm: walls are thinner
-    than a square.
+    degrees and moved by up to 6 cm: where its coordinates begin is not told by the arena. A square is right if what it
+    says stands within 1 cm: walls are thinner than a square.
     """
     is_wall, is_free = real.clearance(0.03) <= 0.0101, real.clearance(0.03) > 0
     rows, columns = np.indices(real.odds.shape)

@@ -121,8 +121,5 @@ def test_the_same_seed_gives_the_same_estimates(grid: elib.Grid) -> None:
 
 
 def test_a_map_without_room_for_a_robot_is_an_error() -> None:
-    grid = elib.Grid()
-    grid.add(Pose(0, 0), [0.01] * 8)
-    for empty in (elib.Grid(), grid):
-        with pytest.raises(ArgumentError, match="no place where a robot has room"):
-            elib.Localiser(empty)
+    with pytest.raises(ArgumentError, match="no place where a robot has room"):
+        elib.Localiser(elib.Grid())

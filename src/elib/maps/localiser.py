@@ -53,8 +53,8 @@ MEMORY: Final = 0.1
 """Weight of a look in the mean fit: after 10 looks, 5 cm, they count."""
 NEAR, ASIDE = 0.06, math.radians(30)
 """m and rad from the likeliest place within which guesses are for the same one."""
-SURE: Final = 0.9
-"""Share of the guesses in one place from which it is believed."""
+SURE, SETTLED = 0.9, 0.3
+"""Share of the guesses in one place from which it is believed, and m that the robot must have driven since."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ class Estimate:
             the place is the right one.
         share: How much speaks for that place rather than for others, 0 to 1.
         fit: How well the last readings fit the map there, 0 to 1.
-        is_sure: Whether to believe it: 90 % of the guesses are there, and what the robot reads fits.
+        is_sure: Whether to believe it: 90 % of the guesses are there, for 30 cm already, and what the robot reads fits.
     """
 
     pose: Pose
@@ -104,6 +104,7 @@ class Localiser:
         self._is_carried = is_carried
         self._at: Pose | None = None
         self._moved = self._turned = 0.0
+        self._settled = 0.0 if pose is None else math.inf
         self._fit = 1.0
         self.renew()
         if pose is None:
@@ -164,6 +165,7 @@ class Localiser:
             return
         aside = math.atan2(now.y - before.y, now.x - before.x) - before.heading
         self._moved, self._turned = self._moved + way, self._turned + abs(turn)
+        self._settled += way
         x, y, heading, bend, roll = self._guesses.T
         forward = math.copysign(way, math.cos(aside))
         slip = self._random.standard_normal((2, len(x)))
@@ -293,8 +295,9 @@ class Localiser:
             uncertainty=2 * math.sqrt((weights @ away**2) / share),
             heading_uncertainty=2 * math.sqrt((weights @ off**2) / share),
         )
-        is_sure = bool(share > SURE and self._fit > SOUND)
-        return Estimate(pose, float(share), self._fit, is_sure)
+        if share <= SURE or self._fit <= SOUND:
+            self._settled = 0.0
+        return Estimate(pose, float(share), self._fit, self._settled >= SETTLED)
 
 
 def expected(grid: Grid) -> NDArray[np.float32]:
