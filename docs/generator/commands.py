@@ -13,7 +13,7 @@ from elib.link.protocol.profiles import PROFILES, rule
 from elib.link.protocol.styles import Action
 from elib.link.protocol.table import Spec
 from elib.robot.actions import Actions, Messenger
-from elib.robot.motion import Motions
+from elib.robot.motions import Motions
 from generator.markdown import bullets, docstring, inline, joined, table
 
 INTRODUCTION = """# Commands

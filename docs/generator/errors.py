@@ -49,6 +49,7 @@ CURES = {
     " moment in the simulator. See [Replay](../guides/replay.md).",
     "MotionError": "Catch one of its subclasses.",
     "MotionBusy": "Await the motion that is under way, or cancel it; `stop()` ends it too.",
+    "NoWay": "Is the pose that of the map, and is what it shows still there? Then another goal, or a new map.",
     "MotionInterrupted": "Let one part of the program drive at a time: the other call has the wheels now.",
     "SimulationError": "Let `elib.connect()` or `elib.run()` choose the event loop; real ports need real time.",
     "SimulationStalled": "Put a timeout around what may never come. The message names the tasks and where they wait.",

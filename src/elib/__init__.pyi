@@ -15,6 +15,7 @@ from elib.base.errors import MotionBusy as MotionBusy
 from elib.base.errors import MotionError as MotionError
 from elib.base.errors import MotionInterrupted as MotionInterrupted
 from elib.base.errors import NotAnEpuck as NotAnEpuck
+from elib.base.errors import NoWay as NoWay
 from elib.base.errors import ProtocolError as ProtocolError
 from elib.base.errors import RemoteProtocolError as RemoteProtocolError
 from elib.base.errors import ReplayDiffers as ReplayDiffers
@@ -63,6 +64,8 @@ from elib.link.protocol.values import Temperature as Temperature
 from elib.link.protocol.values import Version as Version
 from elib.link.protocol.values import Wheels as Wheels
 from elib.link.session.statistics import LinkStats as LinkStats
+from elib.maps.grid import Grid as Grid
+from elib.maps.localiser import Localiser as Localiser
 from elib.records.et.logtable import read_log as read_log
 from elib.records.reader import read_recording as read_recording
 from elib.robot.aio import Epuck as Epuck

@@ -8,14 +8,13 @@ from itertools import pairwise
 import pytest
 from readings import NAMES, NOTHING, ideal
 
-from elib.base.body import AXLE
+from elib.base.body import AXLE, RADIUS
 from elib.base.errors import ArgumentError
 from elib.base.infrared import LIGHT
 from elib.base.pose import Pose
 from elib.behaviours import find
 from elib.behaviours.wall_following import (
     AHEAD,
-    BODY,
     CLEAR,
     SIGHT,
     SPIN,
@@ -36,7 +35,7 @@ def near(**metres: float) -> Proximity:
 def along(clearance: float, slant: float = 0.0) -> Proximity:
     """Return what a robot reads with a wall on its right, m away, when it heads off the wall by *slant* degrees."""
     world = ideal("square", seed=2)
-    world.move_robot(0, Pose(0.5, BODY + clearance, math.radians(slant)))
+    world.move_robot(0, Pose(0.5, RADIUS + clearance, math.radians(slant)))
     world.step()
     return Proximity(*world.proximity(0))
 
@@ -104,7 +103,7 @@ def test_beside_the_end_of_a_wall_it_goes_straight_on_and_then_round_it() -> Non
     assert turn(follow(near(right=0.03))) == pytest.approx(0, abs=0.02)
     assert turn(follow(near(right=0.05))) > 0.2
     radius = AXLE / 2 / turn(follow(NOTHING, distance=0.03))
-    assert radius == pytest.approx(BODY + 0.03)
+    assert radius == pytest.approx(RADIUS + 0.03)
     assert turn(follow(near(right=0.07))) == pytest.approx(turn(follow(NOTHING))), "however far the narrow end seems"
 
 

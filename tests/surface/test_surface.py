@@ -40,10 +40,10 @@ def test_the_exported_names_are_these() -> None:
         Acceleration AmbientLight AngularVelocity ArgumentError Attitude Batch Battery BeginEpuck
         BlockingEpuck BlockingWatch Button CallCancelled CallbackEpuck CameraMode CameraSettings CommandRejected
         Controller
-        Distance Distances ElibError Epuck EpuckModel Found Ground Image IrCode LateAnswer LedAction LinkBack LinkBusy
-        LinkClosed
-        LinkDenied LinkDown LinkError LinkLost LinkNotFound LocalProtocolError MagneticField Microphones
-        MotionBusy MotionError MotionInterrupted Mounting Neighbour NotAnEpuck Outcomes Pending Pitch Pose
+        Distance Distances ElibError Epuck EpuckModel Found Grid Ground Image IrCode LateAnswer LedAction LinkBack
+        LinkBusy LinkClosed
+        LinkDenied LinkDown LinkError LinkLost LinkNotFound LocalProtocolError Localiser MagneticField Microphones
+        MotionBusy MotionError MotionInterrupted Mounting Neighbour NoWay NotAnEpuck Outcomes Pending Pitch Pose
         ProtocolError Proximity ProximityRate Reconnecting
         RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent RunContext Scan Scene SdCard Selector
         Sensors SimulationError SimulationStalled Snapshot LinkStats Steps Swarm SwarmError Temperature
@@ -128,6 +128,7 @@ def test_the_error_tree_is_this() -> None:
         "MotionError": (),
         "MotionBusy": (errors.MotionError,),
         "MotionInterrupted": (errors.MotionError,),
+        "NoWay": (errors.MotionError,),
     }
     assert tree.keys() == wanted.keys()
     for name, bases in wanted.items():

@@ -49,6 +49,9 @@ MOTOR_TIMER: Final = 100.03e-6
 MOTOR_FREQUENCY: Final = 100_000
 """Hz. The e-puck2's motor timer; it makes two microsteps a step (wire-protocol.md, 5.1)."""
 
+RADIUS: Final = 0.037
+"""Collision radius, m. Webots and Enki agree; the printed 35 mm leaves out the ring."""
+
 SENSOR_RADIUS: Final = 0.035
 """Distance of the infrared sensors from the axis, m: on the edge of the base plate (Player, epuck_ros2)."""
 

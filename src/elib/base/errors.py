@@ -22,7 +22,8 @@
     │       └── ReplayDiffers                 a replayed program did not do what was recorded
     ├── MotionError                           a motion did not reach its goal
     │   ├── MotionBusy                        another motion is under way; nothing was sent
-    │   └── MotionInterrupted                 another call drove or stopped the wheels meanwhile
+    │   ├── MotionInterrupted                 another call drove or stopped the wheels meanwhile
+    │   └── NoWay                             the map has no way there, or the robot lost it
     ├── SimulationError
     │   └── SimulationStalled                 simulated time has nothing to wait for
     └── SwarmError                            one robot of several failed, and the others were stopped
@@ -159,6 +160,10 @@ class MotionBusy(MotionError):
 
 class MotionInterrupted(MotionError):
     """The wheels were driven or stopped by another call while a motion was under way; that call has them now."""
+
+
+class NoWay(MotionError):
+    """No way on the map leads to the goal, or the robot is no longer where it should be on it."""
 
 
 class SimulationError(ElibError):

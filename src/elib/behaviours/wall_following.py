@@ -6,7 +6,7 @@ import enum
 import math
 from typing import Annotated
 
-from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE
+from elib.base.body import AXLE, RADIUS, WHEEL_CIRCUMFERENCE
 from elib.base.infrared import LIGHT
 from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react
 from elib.behaviours.avoid import STANDING
@@ -25,8 +25,6 @@ Hand = Annotated[Side, Quantity("side", "", 0, 1, names=Side)]
 Clearance = Annotated[float, Quantity("distance", "m", 0.02, 0.035, scale=1e6)]
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.5, scale=1000)]
 
-BODY = 0.037
-"""m. Radius of the robot."""
 UNIT = math.sqrt(LIGHT)
 """m. At a distance d from a white wall, an infrared sensor reads (UNIT / d)^2 (e-puck.md, 3)."""
 SIGHT = 0.075
@@ -95,7 +93,7 @@ def follow(
         return Wheels(-spin, spin)
     diagonal, beside = wall_distance(near.diagonal_right), wall_distance(near.right)
     excess = beside - INSIDE - distance
-    circle = AXLE / 2 / (distance + BODY)
+    circle = AXLE / 2 / (distance + RADIUS)
     if diagonal < SIGHT:
         # Of something round it sees less than of a wall: only the side sensor then sees that it is too near.
         turn = GAIN * (diagonal - SLANT * distance - OUTSET + min(0.0, excess))
@@ -124,7 +122,7 @@ async def follow_wall(
         cruise: Mean speed of the wheels along the wall.
     """
     wheels, open_air = STANDING, OpenAir()
-    way, longest = math.inf, math.tau * (distance + BODY)  # driven since a wall was last seen, m
+    way, longest = math.inf, math.tau * (distance + RADIUS)  # driven since a wall was last seen, m
     turned = 0.0  # since it began, rad
     read_at = robot.time
 

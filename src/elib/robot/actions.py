@@ -22,7 +22,8 @@ from elib.link.protocol.styles import action
 from elib.link.protocol.table import WheelEffect, without_example
 from elib.link.protocol.values import Neighbour, Sensors
 from elib.link.session import Robot, check_timeout
-from elib.robot.motion import Motions, Mover, TurnRate, checked
+from elib.robot.motion import Mover
+from elib.robot.motions import Motions, TurnRate, checked
 from elib.robot.polling import polls, sensor_polls
 
 if TYPE_CHECKING:

@@ -12,11 +12,10 @@ import asyncio
 import contextlib
 import math
 from collections.abc import AsyncIterator, Awaitable, Callable
-from typing import Annotated, Any, ParamSpec, Protocol, TypeVar, get_args
+from typing import Any, Protocol, TypeVar
 
 from elib.base.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
 from elib.base.errors import (
-    ArgumentError,
     CommandRejected,
     ElibError,
     LinkLost,
@@ -25,40 +24,18 @@ from elib.base.errors import (
     RemoteProtocolError,
     ReplyTimeout,
 )
-from elib.base.pose import Pose
-from elib.link.protocol.commands import SPECS, Commands
-from elib.link.protocol.quantities import Quantity
-from elib.link.protocol.styles import action
+from elib.link.protocol.commands import SPECS
 from elib.link.protocol.table import Request
 from elib.link.protocol.values import Steps
 from elib.link.session import Called, Channel, Ended, Greeted, Reconnected, ResetNoticed, Robot, TraceEvent
 from elib.robot.odometry import EVENTS, Odometry
 
-P = ParamSpec("P")
 T = TypeVar("T")
 
 Look = Callable[[], Awaitable[None]]
 
 FASTEST = STEPS_PER_REVOLUTION * METRES_PER_STEP
 """m/s: one turn of a wheel a second, the firmware's limit."""
-CRUISE = 0.064
-"""m/s, the default of motions: half the fastest."""
-TURN_RATE = 1.5
-"""rad/s, the default of turns."""
-
-USUAL_WAY = 5.0
-"""m: beyond the tables of these robots, and a drive of 78 s. A larger number is likely to be in centimetres."""
-USUAL_ANGLE = 6 * math.pi
-"""rad, three turns: a larger number is likely to be in degrees."""
-
-Distance = Annotated[float, Quantity("distance", "m", -100, 100, scale=1e6, usual=USUAL_WAY)]
-Coordinate = Annotated[float, Quantity("coordinate", "m", -1000, 1000, scale=1e6, usual=USUAL_WAY)]
-Angle = Annotated[float, Quantity("angle", "rad", -1000, 1000, scale=1e6, usual=USUAL_ANGLE)]
-Speed = Annotated[float, Quantity("speed", "m/s", 0.001, FASTEST, scale=1e6)]
-TurnRate = Annotated[float, Quantity("turn_rate", "rad/s", 0.05, 2 * FASTEST / AXLE, scale=1e6)]
-SignedSpeed = Annotated[float, Quantity("speed", "m/s", -FASTEST, FASTEST, scale=1e6)]
-SignedTurnRate = Annotated[float, Quantity("turn_rate", "rad/s", -2 * FASTEST / AXLE, 2 * FASTEST / AXLE, scale=1e6)]
-
 FIRST_TRIP = 0.1
 """s assumed for a round trip before one was measured: two commands over Bluetooth (wire-protocol.md, 5.13)."""
 BRAKING = 3.0
@@ -275,8 +252,7 @@ class Motion:
             if self._other is not None:
                 wheels = None  # another call that drives is on its way: wait for its outcome
             elif wanted != wheels:
-                wheels = wanted if await self._set(mover, wanted) else None
-                self._check_not_interrupted()
+                wheels = wanted if await self.set_wheels(mover, wanted) else None
                 is_checked = False
             elif ways == (0, 0) and wanted == (0, 0) and is_checked:
                 return
@@ -312,38 +288,43 @@ class Motion:
     async def try_counters(self, mover: Mover) -> bool:
         """Read the step counters once; return False without an answer. Raises what :meth:`read_counters` raises."""
         began = asyncio.get_running_loop().time()
-        found = await self._ask(mover, SPECS["encoders"].request(mover.session.context))
+        found = bool(await self.ask(mover, SPECS["encoders"].request(mover.session.context)))
         if found:
             trip = max(asyncio.get_running_loop().time() - began, PERIOD)
             self._trip += SMOOTHING * (trip - self._trip)
         return found
 
-    async def _set(self, mover: Mover, steps: tuple[int, int]) -> bool:
-        """Set both wheels, steps/s; return False if it is unknown whether that was done."""
-        return await self._ask(mover, _speeds(mover, *steps))
+    async def set_wheels(self, mover: Mover, steps: tuple[int, int]) -> bool:
+        """Set both wheels, steps/s; return False if it is unknown whether that was done.
 
-    async def _ask(self, mover: Mover, request: Request[Any]) -> bool:
+        Raises:
+            MotionInterrupted: Another call drove or stopped the wheels.
+        """
+        is_done = bool(await self.ask(mover, _speeds(mover, *steps)))
+        self._check_not_interrupted()
+        return is_done
+
+    async def ask(self, mover: Mover, request: Request[T]) -> tuple[T, ...]:
+        """Send a request of the motion under way; return its answer alone, or nothing if that was lost."""
         loop = asyncio.get_running_loop()
         timeout = max(self._call_time, CALL_TRIPS * self._trip)
         self._own = request
         try:
-            await mover.session.execute(request, min(timeout, mover.time_left))
+            answer = await mover.session.execute(request, min(timeout, mover.time_left))
         except CommandRejected:
             raise
         except (ReplyTimeout, RemoteProtocolError):  # the answer was lost or garbled
             if mover.time_left <= 0 or (not mover.is_reconnecting and loop.time() - self._answered > SILENCE):
                 raise
             self._call_time = min(2 * self._call_time, MAX_CALL_TIME)
-            is_done = False
         except LinkLost:
             if not mover.is_reconnecting or mover.session.error is not None:
                 raise
             await asyncio.sleep(RETRY_PAUSE)
-            is_done = False
         else:
             self._answered, self._call_time = loop.time(), CALL_TIME
-            is_done = True
-        return is_done
+            return (answer,)
+        return ()
 
     def _check_not_interrupted(self) -> None:
         if self._interrupted_by:
@@ -366,175 +347,3 @@ class Motion:
 def _speeds(mover: Mover, left: int, right: int) -> Request[Any]:
     left_speed, right_speed = left / STEPS_PER_REVOLUTION, right / STEPS_PER_REVOLUTION
     return SPECS["set_speed"].request(mover.session.context, left_speed, right_speed)
-
-
-class Motions(Commands):
-    """Motions in metres and radians, closed by the step counters.
-
-    One motion at a time has the wheels. A motion that is cancelled, or ended by an error, stops the robot.
-    ``set_speed()`` and ``stop()`` are carried out, and the motion ends in a MotionInterrupted. Lost answers delay it; a
-    wheel that went too far meanwhile is driven back. Places are those of odometry. It begins at (0, 0), looking along
-    x, when the robot is opened, and it notices neither slip nor a wall that stops the robot.
-    """
-
-    @action
-    async def drive(self: Mover, distance: Distance, *, speed: Speed = CRUISE) -> Pose:
-        """Drive straight on, m, backwards if negative, and return the pose at the end.
-
-        The step counters end at the goal to one step, 0.13 mm, however slow the link is.
-
-        Args:
-            distance: The way, -5 to 5 m; with :func:`elib.really` up to 100 m.
-            speed: The fastest speed, m/s, up to 0.1288.
-
-        Example:
-            >>> pose = robot.drive(0.10)
-            >>> round(pose.x, 3)
-            0.1
-        """
-        way = checked(Distance, "distance", distance)
-        fastest = checked(Speed, "speed", speed)
-        async with self.motion.under_way(self, f"drive({distance})"):
-            await self.motion.roll(self, way, way, fastest)
-        return self.motion.odometry.pose
-
-    @action
-    async def turn(self: Mover, angle: Angle, *, turn_rate: TurnRate = TURN_RATE) -> Pose:
-        """Turn on the spot, rad, to the left if positive, and return the pose at the end.
-
-        One step of both wheels is 0.28 degrees; the next turn makes up for the rounding of this one.
-
-        Args:
-            angle: -18.8 to 18.8 rad, three turns; with :func:`elib.really` up to 1000 rad.
-            turn_rate: The fastest turn rate, rad/s, up to 4.86.
-
-        Example:
-            >>> pose = robot.turn(math.pi / 2)
-            >>> round(math.degrees(pose.heading))
-            90
-        """
-        rotation = checked(Angle, "angle", angle)
-        fastest = checked(TurnRate, "turn_rate", turn_rate)
-        async with self.motion.under_way(self, f"turn({angle})"):
-            await self.motion.turn(self, rotation, fastest)
-        return self.motion.odometry.pose
-
-    @action
-    async def go_to(
-        self: Mover,
-        x: Coordinate | Pose,
-        y: Coordinate | None = None,
-        heading: Angle | None = None,
-        *,
-        speed: Speed = CRUISE,
-        turn_rate: TurnRate = TURN_RATE,
-    ) -> Pose:
-        """Turn towards a place, drive there in a straight line, turn to *heading*, and return the pose at the end.
-
-        The robot does not drive round obstacles: they stop it, and odometry does not notice.
-
-        Args:
-            x: Place in the coordinates of odometry, -5 to 5 m, with :func:`elib.really` up to 1000 m; or a pose, which
-                has y and heading too: ``robot.go_to(pose)``.
-            y: The other coordinate, m.
-            heading: Direction to look in at the end, rad; None for the direction of the drive.
-            speed: The fastest speed of the drive, m/s, up to 0.1288.
-            turn_rate: The fastest turn rate, rad/s, up to 4.86.
-
-        Example:
-            >>> pose = robot.go_to(0.1, 0.1, heading=0)
-            >>> round(pose.x, 2), round(pose.y, 2)
-            (0.1, 0.1)
-        """
-        if isinstance(x, Pose):
-            if y is not None or heading is not None:
-                raise ArgumentError("go_to() takes either a pose, or x, y and heading", hint="robot.go_to(pose)")
-            goal = x
-            x, y, heading = goal.x, goal.y, goal.heading
-        elif y is None:
-            raise ArgumentError("go_to() needs y as well", hint="robot.go_to(0.3, 0.2), m, or robot.go_to(pose)")
-        place = checked(Coordinate, "x", x), checked(Coordinate, "y", y)
-        end = None if heading is None else checked(Angle, "heading", heading)
-        fastest, turn_rate_limit = checked(Speed, "speed", speed), checked(TurnRate, "turn_rate", turn_rate)
-        async with self.motion.under_way(self, f"go_to({x}, {y})"):
-            await self.motion.go(self, *place, fastest, turn_rate_limit)
-            if end is not None:
-                rotation = math.remainder(end - self.motion.odometry.pose.heading, math.tau)
-                await self.motion.turn(self, rotation, turn_rate_limit)
-        return self.motion.odometry.pose
-
-    @action
-    async def set_velocity(self: Mover, speed: SignedSpeed, turn_rate: SignedTurnRate = 0.0) -> None:
-        """Drive on with this speed and turn rate until told otherwise.
-
-        Args:
-            speed: m/s, forwards if positive, -0.1288 to 0.1288.
-            turn_rate: rad/s, to the left if positive, -4.86 to 4.86. No wheel may have to roll faster than 0.1288 m/s.
-
-        Raises:
-            ArgumentError: A wheel would have to turn faster than it can.
-            MotionBusy: A motion has the wheels.
-
-        Example:
-            >>> robot.set_velocity(0.05, 0.5)
-            >>> robot.speed()
-            Wheels(left=0.285, right=0.491)
-        """
-        ahead, turning = checked(SignedSpeed, "speed", speed), checked(SignedTurnRate, "turn_rate", turn_rate)
-        left, right = ((ahead + side * turning * AXLE / 2) / FASTEST for side in (-1, 1))
-        if max(abs(left), abs(right)) > 1:
-            raise ArgumentError(
-                f"speed {speed} m/s with turn_rate {turn_rate} rad/s asks a wheel for {max(abs(left), abs(right)):.2f} "
-                "rev/s; it makes 1 rev/s at most",
-                hint="drive or turn more slowly",
-            )
-        self.motion.check_free(f"set_velocity({speed}, {turn_rate})")
-        request = SPECS["set_speed"].request(self.session.context, left, right)
-        await self.execute(request, request.timeout)
-
-    @action
-    async def pose(self: Mover) -> Pose:
-        """Read the step counters and return the pose that they give, with the time of the reading.
-
-        Odometry begins at (0, 0), looking along x, when the robot is opened. It follows every speed that is set, so
-        nothing has to be read on the way. ``uncertainty`` and ``heading_uncertainty`` of the pose say how sure it is.
-
-        Example:
-            >>> robot.set_speed(0.5, 0.5)
-            >>> robot.sleep(1)
-            >>> round(robot.pose().x, 3)
-            0.064
-        """
-        await self.motion.read_counters_for(self, "pose()")
-        return self.motion.odometry.pose
-
-    @action
-    async def set_pose(self: Mover, x: Coordinate, y: Coordinate, heading: Angle = 0.0) -> None:
-        """Set the pose of odometry to a known place; nothing moves.
-
-        Args:
-            x: The first coordinate, -5 to 5 m, with :func:`elib.really` up to 1000 m.
-            y: The second coordinate, m.
-            heading: The direction in which the robot looks, rad.
-
-        Example:
-            >>> robot.set_pose(0.5, 0.3, heading=math.pi / 2)
-            >>> round(robot.drive(0.1).y, 3)
-            0.4
-        """
-        place = checked(Coordinate, "x", x), checked(Coordinate, "y", y)
-        direction = checked(Angle, "heading", heading)
-        await self.motion.read_counters_for(self, f"set_pose({x}, {y}, {heading})")
-        self.motion.odometry.pose = Pose(
-            *place, math.remainder(direction, math.tau), time=self.motion.odometry.pose.time
-        )
-
-
-def checked(kind: Any, name: str, value: object) -> float:
-    """Return *value* as a number in the range of *kind*.
-
-    Raises:
-        ArgumentError: *value* is not in its range.
-    """
-    quantity = get_args(kind)[1]
-    return float(quantity.check(name, value))

@@ -9,15 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
-from elib.base.body import AXLE, SENSOR_RADIUS, WHEEL_DIAMETER
+from elib.base.body import AXLE, RADIUS, SENSOR_RADIUS, WHEEL_DIAMETER
 from elib.base.infrared import ROOM_READING
 from elib.base.rules import Choice, Number, Text, check
 from elib.simulator.physics.profiles import Profile
 
 __all__ = ["AXLE", "GRAVITY", "HEIGHT", "MASS", "RADIUS", "SENSOR_RADIUS", "WHEEL_DIAMETER", "EpuckModel"]
-
-RADIUS = 0.037
-"""Collision radius, m. Webots and Enki agree; the printed 35 mm leaves out the ring."""
 
 HEIGHT = 0.050
 """Height of the body, m (Webots gives 45..50 mm, without extensions)."""

@@ -1,0 +1,326 @@
+"""Where a robot is on a map: many guesses (particles), which move as its wheels did and die where its readings fail."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from elib.base.body import AXLE, AXLE_SPREAD, RADIUS, SENSOR_DIRECTIONS, SENSOR_RADIUS, WHEEL_SPREAD
+from elib.base.errors import ArgumentError
+from elib.base.infrared import LIGHT, MIN_COUNT, REACH, SETBACK
+from elib.base.pose import Pose
+from elib.maps.grid import Grid
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+    Indices = NDArray[np.intp]
+
+BINS: Final = 72
+"""Directions in which the readings on the map are calculated beforehand: every 5 degrees."""
+FAN: Final = ((0, 0.5), (6, 0.25), (-6, 0.25))
+"""What a sensor sees: directions from its axis, in bins, and their shares of the light; 30 degrees to each side, as in
+the simulator (elib.simulator.physics.profiles)."""
+FARTHEST: Final = math.sqrt(LIGHT / MIN_COUNT) - SETBACK
+"""m. What is farther is not seen."""
+NOISE, WRONG = 0.004, 0.12
+"""m, and part of a distance, by which it differs from that on the map: squares, gains (measured-robots:
+infrared.distance_8_sensors) and the open air."""
+STRAY: Final = 0.1
+"""Share of readings that have nothing to do with the map: things that it does not have, glitches."""
+UNKNOWN: Final = 0.9
+"""How well what is read on unknown ground fits: nearly as well as what is right."""
+TRUST: Final = 0.15
+"""Weight of the eight readings of one place: the errors of gains come again at the next."""
+STRIDE, TURN = 0.005, math.radians(3)
+"""m driven or rad turned from one look to the next: the same reading again says nothing new."""
+BEND: Final = math.sqrt(2) * WHEEL_SPREAD / AXLE
+"""rad/m by which robots turn while they should drive straight, as a standard deviation."""
+ROLL: Final = math.hypot(AXLE_SPREAD, WHEEL_SPREAD / math.sqrt(2))
+"""Part of a turn by which they turn too far."""
+SLIP, SKID = 0.02, 0.03
+"""Part of a way, and of a turn, that is lost or won by chance, of a step of 1 cm or 10 degrees."""
+MAX_GUESSES, MIN_GUESSES, PER_PLACE = 8_000, 300, 15
+"""Guesses where nothing is known, at least, and for each place of 5 cm and 15 degrees that still has some."""
+SOUND: Final = 0.75
+"""Mean fit of the readings, 0 to 1, below which the robot is lost. Where it should be it has 0.8."""
+MEMORY: Final = 0.1
+"""Weight of a look in the mean fit: after 10 looks, 5 cm, they count."""
+NEAR, ASIDE = 0.06, math.radians(30)
+"""m and rad from the likeliest place within which guesses are for the same one."""
+SURE, SETTLED = 0.9, 0.3
+"""Share of the guesses in one place from which it is believed, and m that the robot must have driven since."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """Where a robot probably is.
+
+    Attributes:
+        pose: The likeliest place, with ``uncertainty`` and ``heading_uncertainty``: 19 times in 20 it is nearer, if
+            the place is the right one.
+        share: How much speaks for that place rather than for others, 0 to 1.
+        fit: How well the last readings fit the map there, 0 to 1.
+        is_sure: Whether to believe it: 90 % of the guesses are there, for 30 cm already, and what the robot reads fits.
+    """
+
+    pose: Pose
+    share: float
+    fit: float
+    is_sure: bool
+
+
+class Localiser:
+    """Finds a robot on a map, and notices when it was put elsewhere.
+
+    Wheels tell how the robot moved, infrared sensors what is near. Each guess has its own wheels: how much they differ
+    is learned on the way.
+
+    Args:
+        map: The map. What is added to it later is seen by :meth:`renew`.
+        pose: Where the robot is, with its uncertainty; None if that is not known.
+        seed: Seed of its random numbers.
+        is_carried: Whether it may be put elsewhere. False keeps the guesses together while the map itself is drawn.
+
+    Example:
+        >>> grid = elib.Grid.of_world("maze")
+        >>> localiser = elib.Localiser(grid, elib.Pose(0.1, 0.1, math.pi / 2))
+        >>> with elib.connect("sim://maze?speed=max") as robot:
+        ...     for _ in range(10):
+        ...         robot.drive(0.01)
+        ...         estimate = localiser.update(robot.pose(), robot.distances())
+        >>> round(estimate.pose.y, 1), estimate.is_sure
+        (0.2, True)
+    """
+
+    def __init__(self, map: Grid, pose: Pose | None = None, *, seed: int = 0, is_carried: bool = True) -> None:  # noqa: A002
+        self.map = map
+        self._random = np.random.default_rng(seed)
+        self._is_carried = is_carried
+        self._at: Pose | None = None
+        self._moved = self._turned = 0.0
+        self._settled = 0.0 if pose is None else math.inf
+        self._fit = 1.0
+        self.renew()
+        if pose is None:
+            self._spread(MAX_GUESSES)
+        else:
+            self._guesses = self._around(pose, MIN_GUESSES)
+            self._weights = np.full(MIN_GUESSES, 1 / MIN_GUESSES)
+        self.estimate = self._judge()
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the robot is not known to be anywhere, or its readings do not fit to where it should be."""
+        return not self.estimate.is_sure
+
+    def renew(self) -> None:
+        """Take the map as it is now."""
+        self._far, self._clear = expected(self.map), self.map.clearance(RADIUS + self.map.cell)
+        self._x, self._y = self.map.x, self.map.y  # those of a map that grows change
+
+    def turn_to(self, heading: float, deviation: float) -> None:
+        """Take into account that something else tells the heading, rad: a compass, or a wall whose direction is known.
+
+        Args:
+            heading: In the coordinates of the map.
+            deviation: Its standard deviation.
+        """
+        off = np.remainder(self._guesses[:, 2] - heading + math.pi, math.tau) - math.pi
+        self._weights *= np.exp(-0.5 * np.minimum((off / deviation) ** 2, 50.0))
+        self._weights /= self._weights.sum()
+        self.estimate = self._judge()
+
+    # -- what moves and what is seen -----------------------------------------------------------------------------------
+
+    def update(self, pose: Pose, distances: Sequence[float] | None) -> Estimate:
+        """Take a reading into account, and return where the robot is.
+
+        Args:
+            pose: ``robot.pose()``: only how it changed since the last call counts, so odometry may begin anywhere.
+            distances: ``robot.distances()``, with nan for those that say nothing, such as what sees another robot; None
+                if nothing was read.
+        """
+        if self._at is not None:
+            self._move(self._at, pose)
+        is_first, self._at = self._at is None, pose
+        if distances is not None and (is_first or self._moved >= STRIDE or self._turned >= TURN):
+            self._moved = self._turned = 0.0
+            self._look(np.minimum(np.asarray(tuple(distances), float), FARTHEST))
+        self.estimate = self._judge()
+        return self.estimate
+
+    def _move(self, before: Pose, now: Pose) -> None:
+        """Let the guesses move as the wheels did, each with its own wheels and some slip."""
+        way, turn = (
+            math.dist((before.x, before.y), (now.x, now.y)),
+            math.remainder(now.heading - before.heading, math.tau),
+        )
+        if way == 0 and turn == 0:
+            return
+        aside = math.atan2(now.y - before.y, now.x - before.x) - before.heading
+        self._moved, self._turned = self._moved + way, self._turned + abs(turn)
+        self._settled += way
+        x, y, heading, bend, roll = self._guesses.T
+        forward = math.copysign(way, math.cos(aside))
+        slip = self._random.standard_normal((2, len(x)))
+        far = forward + SLIP * math.sqrt(0.01 * way) * slip[0]
+        by = turn * roll + bend * forward
+        by += (SKID * math.sqrt(abs(turn) * 0.17) + BEND * math.sqrt(0.01 * way)) * slip[1]
+        middle = heading + by / 2
+        x += far * np.cos(middle)
+        y += far * np.sin(middle)
+        heading += by
+
+    def _look(self, seen: Floats) -> None:
+        """Weigh the guesses by a reading."""
+        found = self._likelihoods(seen)
+        self._weights *= found ** (TRUST * len(seen))
+        whole = self._weights.sum()
+        if whole > 0:
+            self._weights /= whole
+            self._fit += MEMORY * (float(found @ self._weights) - self._fit)
+        if whole <= 0 or (self._is_carried and self._fit < SOUND):
+            self._fit = 1.0
+            self._spread(MAX_GUESSES)
+        elif 1 / (self._weights @ self._weights) < len(self._weights) / 2:
+            self._draw()
+
+    def _likelihoods(self, seen: Floats) -> Floats:
+        """Return for each guess how well a reading fits, 0 to 1: the geometric mean of its eight distances."""
+        far = self._expected(self._guesses)
+        off = (seen - far) / ((NOISE + WRONG * far) * (1 + self._coarseness))
+        fits = STRAY + (1 - STRAY) * np.exp(-0.5 * off * off)
+        fits = np.where(np.isnan(far), UNKNOWN, fits)
+        fits[:, np.isnan(seen)] = 1.0
+        row, column, *_ = self._squares(*self._guesses.T[:2])
+        is_standing = self._clear[row, column] >= RADIUS - self.map.cell
+        found: Floats = np.where(is_standing, np.exp(np.log(fits).mean(1)), STRAY)
+        return found
+
+    def expected(self, pose: Pose) -> Floats:
+        """Return the eight distances that the map tells of a pose, m, at most 5.7 cm; nan where it is unknown."""
+        found: Floats = self._expected(np.array([[pose.x, pose.y, pose.heading]]))[0]
+        return found
+
+    def _expected(self, places: Floats) -> Floats:
+        x, y, heading = places.T[:3, :, None]
+        axes = heading + np.asarray(SENSOR_DIRECTIONS)
+        cosines, sines = np.cos(axes), np.sin(axes)
+        row, column, up, across, is_inside = self._squares(x + SENSOR_RADIUS * cosines, y + SENSOR_RADIUS * sines)
+        far = self._far[np.rint(axes * (BINS / math.tau)).astype(np.intp) % BINS, row, column]
+        # From the place of the sensor instead of the middle of its square.
+        far = far - self.map.cell * (across * cosines + up * sines)
+        found: Floats = np.where(is_inside, np.clip(far, 0, FARTHEST), np.nan)
+        return found
+
+    def _squares(self, x: Floats, y: Floats) -> tuple[Indices, Indices, Floats, Floats, NDArray[np.bool_]]:
+        """Return rows and columns of places, how far these lie above and right of their middles, and which have one."""
+        up, across = (y - self._y) / self.map.cell, (x - self._x) / self.map.cell
+        rows, columns = self._clear.shape
+        row, column = np.rint(up).astype(np.intp), np.rint(across).astype(np.intp)
+        is_inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        return np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1), up - row, across - column, is_inside
+
+    @property
+    def _coarseness(self) -> float:
+        """How far apart the guesses are, 0 to 1: many are spread widely, and none is exactly right."""
+        return math.sqrt(len(self._weights) / MAX_GUESSES) if len(self._weights) > 4 * MIN_GUESSES else 0.0
+
+    # -- guesses -------------------------------------------------------------------------------------------------------
+
+    def _around(self, pose: Pose, count: int) -> Floats:
+        """Return guesses near a pose."""
+        wide = max(pose.uncertainty / 2, 0.003), max(pose.heading_uncertainty / 2, 0.02)
+        spread = np.array((wide[0], wide[0], wide[1], BEND, ROLL))
+        middle = np.array((pose.x, pose.y, pose.heading, 0.0, 1.0))
+        return middle + spread * self._random.standard_normal((count, 5))
+
+    def _spread(self, count: int) -> None:
+        """Spread guesses wherever the robot can be."""
+        rows, columns = np.nonzero((self._clear >= RADIUS) & self.map.free)
+        if not len(rows):
+            raise ArgumentError(
+                "the map has no place where a robot has room", hint="make a map first: grid.add(), elib.Grid.of_world()"
+            )
+        chosen = self._random.integers(len(rows), size=count)
+        guesses = self._around(Pose(0.0, 0.0), count)
+        inside = self._random.uniform(-0.5, 0.5, (2, count))
+        guesses[:, 0] = self._x + self.map.cell * (columns[chosen] + inside[0])
+        guesses[:, 1] = self._y + self.map.cell * (rows[chosen] + inside[1])
+        guesses[:, 2] = self._random.uniform(-math.pi, math.pi, count)
+        self._guesses, self._weights = guesses, np.full(count, 1 / count)
+
+    def _draw(self) -> None:
+        """Draw the guesses again, each as often as its weight says; fewer, the fewer places they are for."""
+        heads = np.floor(self._guesses[:, :3] / (0.05, 0.05, math.radians(15))).astype(np.int64)
+        places = len(np.unique(heads[self._weights * len(heads) > 0.1] @ (1, 1_000, 1_000_000)))
+        count = min(max(MIN_GUESSES, PER_PLACE * places), len(self._weights))
+        points = (self._random.uniform() + np.arange(count)) / count
+        chosen = np.minimum(np.searchsorted(np.cumsum(self._weights), points), len(self._weights) - 1)
+        self._guesses = self._guesses[chosen]
+        jitter = np.array((0.001, 0.001, 0.01, BEND / 20, ROLL / 20)) * (1 + 5 * self._coarseness)
+        self._guesses += jitter * self._random.standard_normal((count, 5))
+        self._weights = np.full(count, 1 / count)
+
+    def _judge(self) -> Estimate:
+        """Return the likeliest place: the heaviest square of 6 cm and 30 degrees, and what lies around it."""
+        x, y, heading = self._guesses.T[:3]
+        squares = [np.rint((each - each.min()) / NEAR).astype(np.intp) for each in (x, y)]
+        sectors = np.rint(heading / ASIDE).astype(np.intp) % round(math.tau / ASIDE)
+        of = (squares[0] * (squares[1].max() + 1) + squares[1]) * round(math.tau / ASIDE) + sectors
+        weights = self._weights * (of == np.argmax(np.bincount(of, self._weights)))
+
+        def around() -> tuple[float, float, float, Floats, Floats]:
+            whole = weights.sum()
+            at_x, at_y = float(weights @ x / whole), float(weights @ y / whole)
+            angle = math.atan2(weights @ np.sin(heading), weights @ np.cos(heading))
+            off = np.remainder(heading - angle + math.pi, math.tau) - math.pi
+            return at_x, at_y, angle, np.hypot(x - at_x, y - at_y), off
+
+        *_, away, off = around()
+        weights = self._weights * ((away < NEAR) & (np.abs(off) < ASIDE))
+        at_x, at_y, angle, away, off = around()
+        share = weights.sum()
+        pose = Pose(
+            at_x,
+            at_y,
+            angle,
+            time=self._at.time if self._at else math.nan,
+            uncertainty=2 * math.sqrt((weights @ away**2) / share),
+            heading_uncertainty=2 * math.sqrt((weights @ off**2) / share),
+        )
+        if share <= SURE or self._fit <= SOUND:
+            self._settled = 0.0
+        return Estimate(pose, float(share), self._fit, self._settled >= SETTLED)
+
+
+def expected(grid: Grid) -> NDArray[np.float32]:
+    """Return what a sensor reads on a map, m: by its direction, and the row and column of its place.
+
+    It is nan where unknown ground lies before whatever is there.
+    """
+    step = grid.cell / 2
+    reach = math.ceil(REACH / grid.cell)
+    padded = np.pad(grid.occupied, reach)
+    unknown = np.pad(grid.unknown, reach, constant_values=True)
+    rows, columns = grid.odds.shape
+    light = np.zeros((BINS, rows, columns), np.float32)
+    for direction in range(BINS):
+        cosine, sine = math.cos(direction * math.tau / BINS), math.sin(direction * math.tau / BINS)
+        bright = np.zeros((rows, columns), np.float32)
+        for k in range(int(REACH / step), -1, -1):
+            up, aside = round(k * step * sine / grid.cell), round(k * step * cosine / grid.cell)
+            part = np.s_[reach + up : reach + up + rows, reach + aside : reach + aside + columns]
+            bright[padded[part]] = LIGHT / (k * step + SETBACK) ** 2
+            if k * step <= FARTHEST:
+                bright[unknown[part]] = np.nan
+        light[direction] = bright
+    mixed = sum(share * np.roll(light, -by, axis=0) for by, share in FAN)
+    with np.errstate(divide="ignore"):
+        return np.minimum(np.sqrt(LIGHT / mixed) - SETBACK, 2 * FARTHEST).astype(np.float32)

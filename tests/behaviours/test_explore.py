@@ -1,0 +1,92 @@
+"""Exploring: a map of an arena that the robot does not know."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from played import played
+
+import elib
+from elib.base.pose import Pose
+from elib.behaviours.explore import NEAR, STRETCH, Straight
+
+WORLD = """
+[arena]
+size = [0.6, 0.4]
+
+[[wall]]
+from = [0.3, 0.0]
+to = [0.3, 0.2]
+
+[[robot]]
+position = [0.15, 0.15]
+"""
+
+
+def explored(folder: Path, monkeypatch: pytest.MonkeyPatch, world: str, seconds: float) -> tuple[elib.Grid, Pose, str]:
+    """Let a drawn robot explore a world, and return its map, where it started, and why it ended."""
+    monkeypatch.chdir(folder)
+    run = played("explore", f"sim://{world}?speed=max&quality=typical&seed=1", seconds=seconds)
+    assert "explored.png" in run.outcome.messages[0]
+    return elib.Grid.open("explored.png"), run.before, run.outcome.reason
+
+
+def right(grid: elib.Grid, start: Pose, world: str) -> float:
+    """Return the share of a world's squares that a map has right, which began where the robot did."""
+    real = elib.Grid.of_world(world)
+    is_wall, is_free = real.clearance(0.04) < 0.025, real.clearance(0.04) > 0.005
+    count = 0
+    for row in range(real.odds.shape[0]):
+        for column in range(real.odds.shape[1]):
+            x, y = real.place(row, column)
+            cosine, sine = math.cos(start.heading), math.sin(start.heading)
+            there = (x - start.x) * cosine + (y - start.y) * sine, (y - start.y) * cosine - (x - start.x) * sine
+            count += (grid.is_occupied(*there) and is_wall[row, column]) or (
+                grid.is_free(*there) and is_free[row, column]
+            )
+    return count / real.odds.size
+
+
+def test_it_draws_a_small_arena_and_ends_when_nothing_is_left_to_see(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "small.toml").write_text(WORLD)
+    grid, start, reason = explored(tmp_path, monkeypatch, "small.toml", 150)
+    assert reason == "done"
+    assert right(grid, start, "small.toml") > 0.9
+
+
+@pytest.mark.long
+def test_it_draws_the_maze_in_five_minutes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    grid, start, _ = explored(tmp_path, monkeypatch, "maze", 300)
+    assert right(grid, start, "maze") > 0.85
+
+
+def along(heading: float, steps: int, *, bend: float = 0.0, beside: float = 0.03) -> list[tuple[Pose, float]]:
+    """Return poses of odometry on a straight way beside a wall, and the wall's distance."""
+    way = 0.01
+    return [
+        (Pose(k * way * math.cos(heading), k * way * math.sin(heading), heading + bend * k * way), beside)
+        for k in range(steps)
+    ]
+
+
+def test_the_heading_beside_a_wall_is_at_a_right_angle_to_that_beside_the_first_one() -> None:
+    straight = Straight()
+    told = [straight(*each) for each in along(0.1, 12)]
+    assert told[0] is None
+    assert told[-1] == pytest.approx(0.1)
+    for pose, beside in along(0.1 + math.pi / 2 + 0.15, 12):
+        heading = straight(pose, beside)
+    assert heading == pytest.approx(0.1 + math.pi / 2)
+
+
+def test_without_a_straight_wall_beside_it_the_heading_is_not_told() -> None:
+    straight = Straight()
+    [straight(*each) for each in along(0.0, 12)]
+    assert straight(*along(0.6, 12)[-1]) is None, "this wall is slanted"
+    for others in (along(0.0, 12, bend=4.0), along(0.0, 12, beside=NEAR + 0.01), along(0.0, int(50 * STRETCH))):
+        straight = Straight()
+        assert [straight(*each) for each in others][-1] is None

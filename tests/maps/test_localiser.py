@@ -1,0 +1,125 @@
+"""Finding a robot on a map: by wheels and infrared readings that a world gives."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import elib
+from elib.base.errors import ArgumentError
+from elib.base.pose import Pose, advanced
+from elib.behaviours.wall_following import follow
+from elib.link.protocol.distances import distances
+from elib.link.protocol.values import Proximity, Wheels
+from elib.maps.localiser import FARTHEST
+from elib.simulator.physics import Scene, World
+
+NOTHING = [math.inf] * 8
+
+
+class Drive:
+    """A robot that follows the walls of a world, its odometry, and a localiser that hears of both."""
+
+    def __init__(self, world: World, localiser: elib.Localiser) -> None:
+        self.world, self.localiser = world, localiser
+        self.odometry = Pose(0.0, 0.0)
+        self.steps = world.encoders(0)
+        self.wheels = Wheels(0.0, 0.0)
+
+    def on(self, seconds: float) -> None:
+        """Follow walls, with ten looks a second."""
+        for _ in range(round(10 * seconds)):
+            near = Proximity(*self.world.proximity(0))
+            now = self.world.encoders(0)
+            self.odometry = advanced(self.odometry, now[0] - self.steps[0], now[1] - self.steps[1])
+            self.steps = now
+            self.localiser.update(self.odometry, distances(near))
+            self.wheels = follow(near, self.wheels)
+            self.world.set_step_rates(0, 1000 * self.wheels.left, 1000 * self.wheels.right)
+            self.world.run(6)
+
+    @property
+    def error(self) -> tuple[float, float]:
+        """How far the estimate is off, m and rad."""
+        found, real = self.localiser.estimate.pose, self.world.pose(0)
+        off = math.remainder(found.heading - real.heading, math.tau)
+        return math.dist((found.x, found.y), (real.x, real.y)), abs(off)
+
+
+def maze(seed: int) -> World:
+    """Return the maze with a drawn robot; its sensors read 0 in the open, as after a calibration."""
+    scene = Scene.load("maze")
+    return World(replace(scene, model=replace(scene.model, quality="typical", offset_spread=0.0)), seed=seed)
+
+
+@pytest.fixture(scope="module")
+def grid() -> elib.Grid:
+    return elib.Grid.of_world("maze")
+
+
+def test_what_the_map_tells_of_a_pose_is_what_the_simulator_reads_there(grid: elib.Grid) -> None:
+    scene = Scene.load("maze")
+    world = World(replace(scene, model=replace(scene.model, quality="ideal", sensor_noise=0.0)))
+    localiser, chance = elib.Localiser(grid, Pose(0.1, 0.1)), random.Random(3)
+    off = []
+    for _ in range(100):
+        x, y = (0.1 + 0.2 * chance.randrange(7) + chance.uniform(-0.06, 0.06) for _ in range(2))
+        world.move_robot(0, Pose(x, y, chance.uniform(-math.pi, math.pi)))
+        world.step()
+        seen = np.minimum(list(distances(Proximity(*world.proximity(0)))), FARTHEST)
+        off.append(seen - localiser.expected(world.pose(0)))
+    assert np.abs(np.mean(off)) < 0.002
+    assert np.quantile(np.abs(off), 0.9) < 0.006
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_robot_whose_place_is_known_is_followed_though_its_wheels_are_not_nominal(grid: elib.Grid, seed: int) -> None:
+    world = maze(seed)
+    drive = Drive(world, elib.Localiser(grid, world.pose(0), seed=seed))
+    drive.on(60)
+    assert drive.localiser.estimate.is_sure
+    assert drive.error[0] < 0.025
+    assert drive.error[1] < math.radians(10)
+    assert drive.localiser.estimate.pose.uncertainty < 0.04
+
+
+def test_a_robot_that_was_put_elsewhere_is_noticed(grid: elib.Grid) -> None:
+    world = maze(1)
+    drive = Drive(world, elib.Localiser(grid, world.pose(0)))
+    drive.on(5)
+    assert not drive.localiser.is_lost
+    world.move_robot(0, Pose(0.9, 0.7, 2.0))
+    drive.on(6)
+    assert drive.localiser.is_lost or drive.error[0] < 0.03
+
+
+def test_where_nothing_is_known_nothing_is_believed(grid: elib.Grid) -> None:
+    localiser = elib.Localiser(grid)
+    assert localiser.is_lost
+    assert localiser.estimate.share < 0.1
+    assert localiser.update(Pose(0, 0), NOTHING).is_sure is False
+
+
+def test_odometry_may_begin_anywhere_and_a_robot_that_stands_learns_nothing(grid: elib.Grid) -> None:
+    localiser = elib.Localiser(grid, Pose(0.1, 0.1, math.pi / 2))
+    first = localiser.update(Pose(7.0, -3.0, 1.0), NOTHING)
+    again = [localiser.update(Pose(7.0, -3.0, 1.0), [0.01] * 8) for _ in range(50)]
+    assert again[-1] == first
+    assert math.dist((first.pose.x, first.pose.y), (0.1, 0.1)) < 0.01
+
+
+def test_the_same_seed_gives_the_same_estimates(grid: elib.Grid) -> None:
+    runs = []
+    for _ in range(2):
+        localiser = elib.Localiser(grid, Pose(0.1, 0.1, math.pi / 2), seed=4)
+        runs.append([localiser.update(Pose(0.01 * k, 0.0), NOTHING) for k in range(5)])
+    assert runs[0] == runs[1]
+
+
+def test_a_map_without_room_for_a_robot_is_an_error() -> None:
+    with pytest.raises(ArgumentError, match="no place where a robot has room"):
+        elib.Localiser(elib.Grid())
