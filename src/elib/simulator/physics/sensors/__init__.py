@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
+from importlib import import_module
 
 from elib.base.errors import ArgumentError
-from elib.simulator.physics.engine import kernel
+from elib.simulator.physics.engine import kernel, phase
 from elib.simulator.physics.records import SENSORS, Records
-from elib.simulator.physics.sensors.acceleration import read as read_acceleration
-from elib.simulator.physics.sensors.ambient_light import read as read_ambient_light
-from elib.simulator.physics.sensors.distance import read as read_distance
-from elib.simulator.physics.sensors.ground import read as read_ground
-from elib.simulator.physics.sensors.microphones import read as read_microphones
-from elib.simulator.physics.sensors.proximity import read as read_proximity
-from elib.simulator.physics.sensors.rotation import read as read_rotation
 
 
 def chosen(sensors: Iterable[str]) -> int:
@@ -30,23 +24,25 @@ def chosen(sensors: Iterable[str]) -> int:
     return found
 
 
-PROXIMITY, AMBIENT_LIGHT, GROUND, MICROPHONES, DISTANCE, ACCELERATION, ROTATION = (1 << k for k in range(len(SENSORS)))
+def _reading(names: Sequence[str]) -> Callable[[Records, int, int], None]:
+    """Return a function that lets a robot read its sensors: those of *names* whose bits are set."""
+    # Each is compiled by itself: its call passes all records of a world, and a call of all others would once more.
+    read = phase(import_module(f"{__name__}.{names[0]}").read)
+    others = kernel(_reading(names[1:])) if len(names) > 1 else no_more
+
+    def sense(world: Records, i: int, sensors: int) -> None:
+        if sensors & 1:
+            read(world, i)
+        if sensors > 1:
+            others(world, i, sensors >> 1)
+
+    return sense
 
 
 @kernel
-def sense(world: Records, i: int, sensors: int) -> None:
-    """Let robot *i* read its sensors: ``sense(world, i, chosen(["proximity"]))``."""
-    if sensors & PROXIMITY:
-        read_proximity(world, i)
-    if sensors & AMBIENT_LIGHT:
-        read_ambient_light(world, i)
-    if sensors & GROUND:
-        read_ground(world, i)
-    if sensors & MICROPHONES:
-        read_microphones(world, i)
-    if sensors & DISTANCE:
-        read_distance(world, i)
-    if sensors & ACCELERATION:
-        read_acceleration(world, i)
-    if sensors & ROTATION:
-        read_rotation(world, i)
+def no_more(world: Records, i: int, sensors: int) -> None:
+    """There is no further sensor."""
+
+
+sense = kernel(_reading(SENSORS))
+"""Let robot *i* read its sensors: ``sense(world, i, chosen(["proximity"]))``."""

@@ -13,7 +13,7 @@ from typing import Final
 
 from elib.simulator.physics.body import GRAVITY
 from elib.simulator.physics.elementary import HALF_TURN
-from elib.simulator.physics.engine import phase
+from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.motion import shaking
 from elib.simulator.physics.noise import ACCELEROMETER, TILT, gauss, tick_key
 from elib.simulator.physics.records import Records
@@ -35,7 +35,7 @@ LEVEL: Final = 3.0 / 180.0 * HALF_TURN
 (measured-robots: accelerometer.epuck2: 1.6 and 18 degrees)."""
 
 
-@phase
+@kernel
 def read(world: Records, i: int) -> None:
     """Read the accelerometer of robot *i*: forward, to the left and upwards, m/s2; (0, 0, 9.81) at rest.
 

@@ -38,7 +38,7 @@ RIM: Final = RADIUS
 """All sensors lie within it, m."""
 
 
-@phase
+@kernel
 def read(world: Records, i: int) -> None:
     """Read the infrared sensors of robot *i* with their emitters off.
 

@@ -11,7 +11,7 @@ from typing import Final
 
 from elib.base.timeofflight import CALIBRATION, OFFSET, PLACE
 from elib.simulator.physics.body import RADIUS
-from elib.simulator.physics.engine import phase
+from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import DISTANCE, DISTANCE_OFFSET, NO_ECHO, gauss, tick_key, uniform
 from elib.simulator.physics.raycast import cast, see_all
 from elib.simulator.physics.records import Records
@@ -36,7 +36,7 @@ NO_ECHO_SHARE: Final = 0.05
 time_of_flight.epuck2: 1 % of all readings up to 1 m)."""
 
 
-@phase
+@kernel
 def read(world: Records, i: int) -> None:
     """Read the time-of-flight sensor of robot *i*, m, before its own bias; 2 where it sees nothing.
 

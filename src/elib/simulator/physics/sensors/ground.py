@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from elib.simulator.physics.engine import kernel, phase
+from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.floor import HOLE_MARK
 from elib.simulator.physics.noise import GROUND, GROUND_BLACK, GROUND_BLACKS, GROUND_WHITE, gauss, tick_key
 from elib.simulator.physics.records import Records, Robot, Setting
@@ -76,7 +76,7 @@ HOLD: Final = 0.2
 ground.white, 0.81..0.95)."""
 
 
-@phase
+@kernel
 def read(world: Records, i: int) -> None:
     """Read the ground and cliff sensors of robot *i*: left, centre, right, cliff left, cliff right, 0..1000.
 

@@ -21,7 +21,7 @@ from math import sqrt
 from typing import Final
 
 from elib.base.body import MICROPHONES
-from elib.simulator.physics.engine import kernel, phase
+from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import LOUDNESS, MICROPHONE, MICROPHONE_GAIN, MOTOR_SOUND, gauss, tick_key
 from elib.simulator.physics.records import Records, Robot
 
@@ -66,7 +66,7 @@ RELATIVE_DEVIATION: Final = 0.05
 """Noise of a reading, as a part of what is heard (measured-robots: microphones.with_ears, from beep to beep)."""
 
 
-@phase
+@kernel
 def read(world: Records, i: int) -> None:
     """Read the microphones of robot *i*: right, left, rear, front, counts peak to peak, 0..4095.
 

@@ -16,7 +16,7 @@ from typing import Final
 
 from elib.base.infrared import GAIN_SPREAD, SPACING
 from elib.simulator.physics.elementary import exponential
-from elib.simulator.physics.engine import kernel, phase
+from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import (
     GAIN,
     GLITCH,
@@ -100,7 +100,7 @@ def glitch(key: int, sensor: int, spread: float) -> float:
     return 1.5 + (1.0 + 2.5 * chance) * chance if chance < 1.0 else 1.0
 
 
-@phase
+@kernel
 def read(world: Records, i: int) -> None:
     """Read the sensors of robot *i*, once a tick.
 

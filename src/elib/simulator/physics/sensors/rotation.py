@@ -10,7 +10,7 @@ from math import sqrt
 from typing import Final
 
 from elib.simulator.physics.elementary import HALF_TURN, angle
-from elib.simulator.physics.engine import kernel, phase
+from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.motion import shaking
 from elib.simulator.physics.noise import GYROSCOPE, GYROSCOPE_OFFSET, gauss, tick_key
 from elib.simulator.physics.records import Records
@@ -32,7 +32,7 @@ OFFSET: Final = (2.0 * DEGREE, 5.0 * DEGREE, 1.0 * DEGREE)
 firmware had subtracted what it read at its start)."""
 
 
-@phase
+@kernel
 def read(world: Records, i: int) -> None:
     """Read the gyroscope of robot *i* about its upright axis, rad/s, positive to the left.
 
