@@ -12,8 +12,7 @@ from elib.link.protocol.context import Context, Profile
 from elib.link.protocol.profiles import PROFILES, rule
 from elib.link.protocol.styles import Action
 from elib.link.protocol.table import Spec
-from elib.robot.actions import Actions, Messenger
-from elib.robot.motions import Motions
+from elib.robot.actions import Actions, Messenger, Motions
 from generator.markdown import bullets, docstring, inline, joined, table
 
 INTRODUCTION = """# Commands

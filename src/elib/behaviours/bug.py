@@ -10,8 +10,8 @@ from elib.behaviours import OpenAir, RunContext, behaviour, react
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.wall_following import AHEAD, MAX_STEP, PERIOD, SPIN, Cruise, follow, wall_distance
 from elib.link.protocol.values import Proximity, Wheels
+from elib.robot.actions import Coordinate
 from elib.robot.aio import Epuck
-from elib.robot.motions import Coordinate
 
 THERE = 0.015
 """m from the place within which the robot has come to it."""

@@ -275,7 +275,7 @@ def _unknown(app: App, error: UnknownCommandError) -> ArgumentError:
 
 def _is_motion(name: str) -> bool:
     from elib.link.protocol.styles import Action
-    from elib.robot.motions import Motions
+    from elib.robot.actions import Motions
 
     return isinstance(vars(Motions).get(name), Action)
 

@@ -1,4 +1,4 @@
-"""Methods that need more than one row of the command table, and the catalogue of everything that can be sent."""
+"""Methods that need more than one row of the command table: motions, and what reads or says more; and all there is."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import inspect
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, get_args, runtime_checkable
 
 from elib.base.body import AXLE, METRES_PER_STEP, SENSOR_DIRECTIONS
 from elib.base.errors import ArgumentError, LinkLost, RemoteProtocolError, ReplyTimeout, Unsupported, about
-from elib.link.protocol.commands import SPECS
+from elib.base.pose import Pose
+from elib.link.protocol.commands import SPECS, Commands
 from elib.link.protocol.context import Context
 from elib.link.protocol.profiles import FIRMWARES
 from elib.link.protocol.quantities import Quantity, Seconds, TagSize
@@ -22,13 +23,33 @@ from elib.link.protocol.styles import action
 from elib.link.protocol.table import WheelEffect, without_example
 from elib.link.protocol.values import Neighbour, Sensors
 from elib.link.session import Robot, check_timeout
-from elib.robot.motion import Mover
-from elib.robot.motions import Motions, TurnRate, checked
+from elib.robot.motion import FASTEST, Mover
 from elib.robot.polling import polls, sensor_polls
 
 if TYPE_CHECKING:
     from elib.link.protocol.distances import Distances, Scan
     from elib.link.protocol.tags import Tag
+    from elib.maps.grid import Grid
+else:
+    Grid = Any  # annotations of arguments are read at run time, and maps need NumPy
+
+CRUISE = 0.064
+"""m/s, the default of motions: half the fastest."""
+TURN_RATE = 1.5
+"""rad/s, the default of turns."""
+
+USUAL_WAY = 5.0
+"""m: beyond the tables of these robots, and a drive of 78 s. A larger number is likely to be in centimetres."""
+USUAL_ANGLE = 6 * math.pi
+"""rad, three turns: a larger number is likely to be in degrees."""
+
+Distance = Annotated[float, Quantity("distance", "m", -100, 100, scale=1e6, usual=USUAL_WAY)]
+Coordinate = Annotated[float, Quantity("coordinate", "m", -1000, 1000, scale=1e6, usual=USUAL_WAY)]
+Angle = Annotated[float, Quantity("angle", "rad", -1000, 1000, scale=1e6, usual=USUAL_ANGLE)]
+Speed = Annotated[float, Quantity("speed", "m/s", 0.001, FASTEST, scale=1e6)]
+TurnRate = Annotated[float, Quantity("turn_rate", "rad/s", 0.05, 2 * FASTEST / AXLE, scale=1e6)]
+SignedSpeed = Annotated[float, Quantity("speed", "m/s", -FASTEST, FASTEST, scale=1e6)]
+SignedTurnRate = Annotated[float, Quantity("turn_rate", "rad/s", -2 * FASTEST / AXLE, 2 * FASTEST / AXLE, scale=1e6)]
 
 ASKING_TIME = 0.002
 """s that a question about neighbours takes, like a short command on the line. Without it, simulated time would stand
@@ -81,6 +102,181 @@ def _messenger(robot: Robot) -> Messenger:
         f"{robot.url} cannot hear other robots: no firmware's protocol carries range and bearing",
         hint="open a robot of the simulator in this program, such as sim://crowd",
     )
+
+
+class Motions(Commands):
+    """Motions in metres and radians, closed by the step counters.
+
+    One motion at a time has the wheels. A motion that is cancelled, or ended by an error, stops the robot.
+    ``set_speed()`` and ``stop()`` are carried out, and the motion ends in a MotionInterrupted. Lost answers delay it; a
+    wheel that went too far meanwhile is driven back. Places are those of odometry. It begins at (0, 0), looking along
+    x, when the robot is opened, and it notices neither slip nor a wall that stops the robot.
+    """
+
+    @action
+    async def drive(self: Mover, distance: Distance, *, speed: Speed = CRUISE) -> Pose:
+        """Drive straight on, m, backwards if negative, and return the pose at the end.
+
+        The step counters end at the goal to one step, 0.13 mm, however slow the link is.
+
+        Args:
+            distance: The way, -5 to 5 m; with :func:`elib.really` up to 100 m.
+            speed: The fastest speed, m/s, up to 0.1288.
+
+        Example:
+            >>> pose = robot.drive(0.10)
+            >>> round(pose.x, 3)
+            0.1
+        """
+        way = checked(Distance, "distance", distance)
+        fastest = checked(Speed, "speed", speed)
+        async with self.motion.under_way(self, f"drive({distance})"):
+            await self.motion.roll(self, way, way, fastest)
+        return self.motion.odometry.pose
+
+    @action
+    async def turn(self: Mover, angle: Angle, *, turn_rate: TurnRate = TURN_RATE) -> Pose:
+        """Turn on the spot, rad, to the left if positive, and return the pose at the end.
+
+        One step of both wheels is 0.28 degrees; the next turn makes up for the rounding of this one.
+
+        Args:
+            angle: -18.8 to 18.8 rad, three turns; with :func:`elib.really` up to 1000 rad.
+            turn_rate: The fastest turn rate, rad/s, up to 4.86.
+
+        Example:
+            >>> pose = robot.turn(math.pi / 2)
+            >>> round(math.degrees(pose.heading))
+            90
+        """
+        rotation = checked(Angle, "angle", angle)
+        fastest = checked(TurnRate, "turn_rate", turn_rate)
+        async with self.motion.under_way(self, f"turn({angle})"):
+            await self.motion.turn(self, rotation, fastest)
+        return self.motion.odometry.pose
+
+    @action
+    async def go_to(
+        self: Mover,
+        x: Coordinate | Pose,
+        y: Coordinate | None = None,
+        heading: Angle | None = None,
+        *,
+        speed: Speed = CRUISE,
+        turn_rate: TurnRate = TURN_RATE,
+        map: Grid | None = None,  # noqa: A002
+    ) -> Pose:
+        """Turn towards a place, drive there in a straight line, turn to *heading*, and return the pose at the end.
+
+        Without a map the robot does not drive round obstacles: they stop it, and odometry does not notice. With one it
+        drives round what is on it, looks for what is not, and odometry is set right by what it sees on the way.
+
+        Args:
+            x: Place in the coordinates of odometry, -5 to 5 m, with :func:`elib.really` up to 1000 m; or a pose, which
+                has y and heading too: ``robot.go_to(pose)``.
+            y: The other coordinate, m.
+            heading: Direction to look in at the end, rad; None for the direction of the drive.
+            speed: The fastest speed of the drive, m/s, up to 0.1288.
+            turn_rate: The fastest turn rate, rad/s, up to 4.86.
+            map: What stands where, an ``elib.Grid`` in the coordinates of odometry: ``robot.set_pose()`` first says
+                where on it the robot is. The first time, it turns round once, to learn what its sensors read in the
+                open.
+
+        Raises:
+            NoWay: There is none on the map, or the robot lost it.
+
+        Example:
+            >>> pose = robot.go_to(0.1, 0.1, heading=0)
+            >>> round(pose.x, 2), round(pose.y, 2)
+            (0.1, 0.1)
+        """
+        if isinstance(x, Pose):
+            if y is not None or heading is not None:
+                raise ArgumentError("go_to() takes either a pose, or x, y and heading", hint="robot.go_to(pose)")
+            goal = x
+            x, y, heading = goal.x, goal.y, goal.heading
+        elif y is None:
+            raise ArgumentError("go_to() needs y as well", hint="robot.go_to(0.3, 0.2), m, or robot.go_to(pose)")
+        place = checked(Coordinate, "x", x), checked(Coordinate, "y", y)
+        end = None if heading is None else checked(Angle, "heading", heading)
+        fastest, turn_rate_limit = checked(Speed, "speed", speed), checked(TurnRate, "turn_rate", turn_rate)
+        async with self.motion.under_way(self, f"go_to({x}, {y})"):
+            if map is None:
+                await self.motion.go(self, *place, fastest, turn_rate_limit)
+            else:
+                from elib.robot.ways import go  # here: it needs NumPy, which most programs never load
+
+                await go(self, map, place, fastest, turn_rate_limit)
+            if end is not None:
+                rotation = math.remainder(end - self.motion.odometry.pose.heading, math.tau)
+                await self.motion.turn(self, rotation, turn_rate_limit)
+        return self.motion.odometry.pose
+
+    @action
+    async def set_velocity(self: Mover, speed: SignedSpeed, turn_rate: SignedTurnRate = 0.0) -> None:
+        """Drive on with this speed and turn rate until told otherwise.
+
+        Args:
+            speed: m/s, forwards if positive, -0.1288 to 0.1288.
+            turn_rate: rad/s, to the left if positive, -4.86 to 4.86. No wheel may have to roll faster than 0.1288 m/s.
+
+        Raises:
+            ArgumentError: A wheel would have to turn faster than it can.
+            MotionBusy: A motion has the wheels.
+
+        Example:
+            >>> robot.set_velocity(0.05, 0.5)
+            >>> robot.speed()
+            Wheels(left=0.285, right=0.491)
+        """
+        ahead, turning = checked(SignedSpeed, "speed", speed), checked(SignedTurnRate, "turn_rate", turn_rate)
+        left, right = ((ahead + side * turning * AXLE / 2) / FASTEST for side in (-1, 1))
+        if max(abs(left), abs(right)) > 1:
+            raise ArgumentError(
+                f"speed {speed} m/s with turn_rate {turn_rate} rad/s asks a wheel for {max(abs(left), abs(right)):.2f} "
+                "rev/s; it makes 1 rev/s at most",
+                hint="drive or turn more slowly",
+            )
+        self.motion.check_free(f"set_velocity({speed}, {turn_rate})")
+        request = SPECS["set_speed"].request(self.session.context, left, right)
+        await self.execute(request, request.timeout)
+
+    @action
+    async def pose(self: Mover) -> Pose:
+        """Read the step counters and return the pose that they give, with the time of the reading.
+
+        Odometry begins at (0, 0), looking along x, when the robot is opened. It follows every speed that is set, so
+        nothing has to be read on the way. ``uncertainty`` and ``heading_uncertainty`` of the pose say how sure it is.
+
+        Example:
+            >>> robot.set_speed(0.5, 0.5)
+            >>> robot.sleep(1)
+            >>> round(robot.pose().x, 3)
+            0.064
+        """
+        await self.motion.read_counters_for(self, "pose()")
+        return self.motion.odometry.pose
+
+    @action
+    async def set_pose(self: Mover, x: Coordinate, y: Coordinate, heading: Angle = 0.0) -> None:
+        """Set the pose of odometry to a known place; nothing moves.
+
+        Args:
+            x: The first coordinate, -5 to 5 m, with :func:`elib.really` up to 1000 m.
+            y: The second coordinate, m.
+            heading: The direction in which the robot looks, rad.
+
+        Example:
+            >>> robot.set_pose(0.5, 0.3, heading=math.pi / 2)
+            >>> round(robot.drive(0.1).y, 3)
+            0.4
+        """
+        place = checked(Coordinate, "x", x), checked(Coordinate, "y", y)
+        direction = checked(Angle, "heading", heading)
+        await self.motion.read_counters_for(self, f"set_pose({x}, {y}, {heading})")
+        self.motion.odometry.pose = Pose(
+            *place, math.remainder(direction, math.tau), time=self.motion.odometry.pose.time
+        )
 
 
 class Actions(Motions):
@@ -320,3 +516,13 @@ def catalogue() -> Mapping[str, CatalogueEntry]:
             action_.name, without_example(action_.__doc__ or ""), signature, parameters
         )
     return found
+
+
+def checked(kind: Any, name: str, value: object) -> float:
+    """Return *value* as a number in the range of *kind*.
+
+    Raises:
+        ArgumentError: *value* is not in its range.
+    """
+    quantity = get_args(kind)[1]
+    return float(quantity.check(name, value))

@@ -38,7 +38,7 @@ from elib.panel.behaviours import catalogue
 from elib.panel.panel import Panel
 from elib.panel.slot import Slot
 from elib.panel.watching import virtual
-from elib.robot.motions import TURN_RATE
+from elib.robot.actions import TURN_RATE
 
 WIDEST = 12
 """Sensor pixels for one pixel of a picture, where every factor works: 480, the whole chip of an e-puck1, which lies on
