@@ -47,6 +47,15 @@ def test_no_robot_starts_inside_but_in_the_dent_it_may():
     assert all(Polygon(DENTED).distance(pose.x, pose.y) >= 0.037 for pose in crowd.poses)
 
 
+def test_no_robot_is_put_into_a_polygon_however_large_it_is():
+    large = Polygon(((1, 1), (3, 1), (3, 3), (1, 3)))
+    world = World(Scene(4, 4, polygons=(large,), starts=(Pose(0.5, 0.5),), model=IDEAL))
+    for place in ((2, 2), (1.02, 2)):
+        with pytest.raises(ArgumentError, match="polygon 0 is in the way"):
+            world.move_robot(0, Pose(*place))
+    world.move_robot(0, Pose(0.9, 2))
+
+
 def test_the_distance_is_below_zero_inside():
     polygon = Polygon(DENTED)
     assert polygon.distance(0.7, 0.5) == pytest.approx(-0.1)

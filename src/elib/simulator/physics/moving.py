@@ -14,6 +14,7 @@ from itertools import chain
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
 from elib.base.rules import rule_of
+from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.geometry import Box, Cylinder, Solid, Wall, extent, gap, unit
 from elib.simulator.physics.pushing import follow
 from elib.simulator.physics.spawning import stand
@@ -65,7 +66,7 @@ class Mover:
         robots = self._state.world.robots
         here = robots[index]
         x, y = PLACE.require(pose.x, "x"), PLACE.require(pose.y, "y")
-        self._require_room(self.robot_names[index], Cylinder(x, y, float(here.radius)), self._solids())
+        self._require_room(self.robot_names[index], Cylinder(x, y, float(here.radius)), self._solids(x, y))
         cosine, sine = unit(pose.heading)
         stand(here, pose.x, pose.y, cosine, sine)
         self._state.list_near()
@@ -148,8 +149,8 @@ class Mover:
             if name != but and left - radius < x < right + radius and low - radius < y < high + radius:
                 yield name, Cylinder(x, y, radius)
 
-    def _solids(self) -> Iterator[tuple[str, Solid]]:
-        """Yield what else a robot cannot stand in, by the names that messages use."""
+    def _solids(self, x: float, y: float) -> Iterator[tuple[str, Solid]]:
+        """Yield what else a robot cannot stand in at (x, y), m, by the names that messages use."""
         state = self._state
         for edge in state.scene.edge:
             yield EDGE, edge
@@ -157,8 +158,13 @@ class Mover:
             yield _called("box", k, box), box
         for k, cylinder in enumerate(map(state.cylinder, range(len(state.cylinders)))):
             yield _called("cylinder", k, cylinder), cylinder
-        for k, wall in enumerate(state.scene.fixed_walls):
+        for k, wall in enumerate(state.scene.walls):
             yield f"wall {k}", wall
+        for k, polygon in enumerate(state.scene.polygons):
+            # A large one has room between its sides, but it is a block.
+            middle: list[Solid] = [Cylinder(x, y, RADIUS)] if polygon.distance(x, y) < 0 else []
+            for part in (*middle, *polygon.sides):
+                yield f"polygon {k}", part
 
 
 def _called(kind: str, index: int, thing: Box | Cylinder) -> str:
