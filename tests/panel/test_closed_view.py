@@ -34,7 +34,7 @@ from shared import PATIENCE, needs_page, until
 pytestmark = needs_page
 
 TOKEN = "k7m2xq9p"
-HARMLESS = {"subscribe", "drawn", "frames_drawn", "stop", "choose_controller"}
+HARMLESS = {"states", "subscribe", "drawn", "frames_drawn", "stop", "choose_controller"}
 
 
 class _Stay(urllib.request.HTTPRedirectHandler):
