@@ -28,7 +28,7 @@ NOT_THERE = (
     "threading",
 )
 """Modules that no program in a page can use, beside those of other packages."""
-NEEDS_MORE = {"Batch", "draw", "image", "pitch", "plot", "record"}
+NEEDS_MORE = {"Batch", "Grid", "Localiser", "draw", "image", "pitch", "plot", "record", "tags"}
 """Names of elib that need NumPy, Pillow or other packages."""
 
 NO_ACT = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Assign, ast.AnnAssign)

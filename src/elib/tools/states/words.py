@@ -154,7 +154,9 @@ def _action(name: str) -> ActionForm:
     """Return the form of a command; the first values are those of its example."""
     spec, method = SPECS.get(name), getattr(Actions, name)
     quantities = {each.name: each.quantity for each in spec.parameters} if spec else {}
-    quantities = quantities or {each: method.quantity(each) for each in method.__signature__.parameters}
+    if not spec:  # a map has no form
+        found = {each: method.quantity(each) for each in method.__signature__.parameters}
+        quantities = {each: quantity for each, quantity in found.items() if quantity is not None}
     example = spec.example if spec else example_of(method.__doc__)
     code = "\n".join(line[4:] for line in example.splitlines() if line.startswith((">>> ", "... ")))
     calls = [each for each in ast.walk(ast.parse(code)) if isinstance(each, ast.Call)]
