@@ -39,14 +39,27 @@ import "../robot/robot.css";
 import "./Robot.css";
 
 type Kind = (props: { robot: Model }) => preact.ComponentChild;
-type Instrument = { name: string; title: string; icon: IconNode; Kind: Kind; needs?: keyof Can };
+type Instrument = {
+  name: string;
+  title: string;
+  icon: IconNode;
+  Kind: Kind;
+  needs?: keyof Can;
+  isFor?: (robot: Model) => boolean;
+};
 
 /** The instruments, one of which is open. On a phone the world and the camera take their turn among them. */
 const INSTRUMENTS: Instrument[] = [
   { name: "sensors", title: "Sensors", icon: Gauge, Kind: Sensors },
   { name: "charts", title: "Charts", icon: ChartLine, Kind: Charts },
   { name: "behaviours", title: "Behaviours", icon: Sparkles, Kind: Behaviours, needs: "program" },
-  { name: "states", title: "States", icon: Workflow, Kind: States },
+  {
+    name: "states",
+    title: "States",
+    icon: Workflow,
+    Kind: States,
+    isFor: (robot) => Boolean(robot.tick.value?.machine),
+  },
   { name: "lights", title: "Lights and sounds", icon: Lightbulb, Kind: Lights, needs: "drive" },
   { name: "console", title: "Console", icon: Terminal, Kind: Console, needs: "drive" },
   { name: "events", title: "Events", icon: List, Kind: Events },
@@ -64,8 +77,7 @@ export function Robot({ id }: { id: string }) {
   useEffect(() => {
     rail.current?.querySelector("[aria-selected=true]")?.scrollIntoView({ block: "nearest", inline: "center" });
   }, [place.value.part]);
-  const hasStates = Boolean(robot.tick.value?.machine),
-    instruments = INSTRUMENTS.filter(({ name, needs }) => (!needs || can()[needs]) && (name !== "states" || hasStates)),
+  const instruments = INSTRUMENTS.filter(({ needs, isFor }) => (!needs || can()[needs]) && (isFor?.(robot) ?? true)),
     tabs = isPhone() ? [...VIEWS, ...instruments] : instruments,
     chosen = tabs.find(({ name }) => name === place.value.part) ?? tabs[0],
     open = instruments.find((each) => each === chosen),

@@ -54,6 +54,11 @@ class Pose:
         return f"{type(self).__name__}({place})"
 
 
+def apart(one: Pose, other: Pose) -> float:
+    """Return how far two places are from each other, m."""
+    return math.dist((one.x, one.y), (other.x, other.y))
+
+
 def advanced(pose: Pose, left: float, right: float, time: float = math.nan) -> Pose:
     """Return the pose of a robot after *left* and *right* motor steps of its nominal wheels, which make an arc.
 

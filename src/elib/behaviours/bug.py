@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE
-from elib.base.pose import Pose
+from elib.base.pose import Pose, apart
 from elib.behaviours import OpenAir, RunContext, behaviour, react
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.wall_following import AHEAD, MAX_STEP, PERIOD, SPIN, Cruise, follow, wall_distance
@@ -45,7 +45,7 @@ class Way:
     def __call__(self, pose: Pose, near: Proximity, cruise: float) -> Wheels:
         """Return the speeds for the next step."""
         self._start = self._start or pose
-        self._driven += math.dist((pose.x, pose.y), (self._before.x, self._before.y))
+        self._driven += apart(pose, self._before)
         self._before = pose
         left = self._left(pose)
         if left < THERE:
@@ -53,7 +53,7 @@ class Way:
         elif self.state == "along":
             if self._aside(pose, self._start) < LINE and left < self._left(self._met) - NEARER:
                 self.state = "straight"
-            elif self._driven > AROUND and math.dist((pose.x, pose.y), (self._met.x, self._met.y)) < LINE:
+            elif self._driven > AROUND and apart(pose, self._met) < LINE:
                 self.state = "enclosed"
         elif min(map(wall_distance, (near.front_left, near.front_right))) < AHEAD:
             self.state, self._met, self._driven = "along", pose, 0.0

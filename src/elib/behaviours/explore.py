@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from elib.base.body import WHEEL_CIRCUMFERENCE
 from elib.base.errors import NoWay
-from elib.base.pose import Pose
+from elib.base.pose import Pose, apart
 from elib.behaviours import Quantity, RunContext, behaviour
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.wall_following import follow, sees_wall, wall_distance
@@ -69,10 +69,10 @@ async def _along_walls(guide: Guide, cruise: float) -> None:
     first: Pose | None = None
     before = guide.estimate.pose
     straight, is_straight = Straight(), False
-    while loose < MAX_LOOSE and (first is None or driven < AROUND or gap(first, before) > HOME):
+    while loose < MAX_LOOSE and (first is None or driven < AROUND or apart(first, before) > HOME):
         await guide.look()
         here = guide.estimate.pose
-        way, before = gap(here, before), here
+        way, before = apart(here, before), here
         driven, loose = driven + way, 0.0 if sees_wall(guide.near) else loose + way
         if first is None and not loose:
             first, driven = here, 0.0
@@ -102,11 +102,11 @@ class Straight:
             distance: How far the wall beside it is, m.
         """
         self._looks.append((pose, distance))
-        while gap(self._looks[0][0], pose) > STRETCH:
+        while apart(self._looks[0][0], pose) > STRETCH:
             del self._looks[0]
         beside = [seen for _, seen in self._looks]
         turned = [math.remainder(each.heading - pose.heading, math.tau) for each, _ in self._looks]
-        way = gap(self._looks[0][0], pose)
+        way = apart(self._looks[0][0], pose)
         if way < 0.8 * STRETCH or max(beside) > NEAR or max(beside) - min(beside) > 0.006:
             return None
         if max(turned) - min(turned) > 0.2:
@@ -118,11 +118,6 @@ class Straight:
             self._first = wall
         off = math.remainder(wall - self._first, math.tau / 4)
         return None if abs(off) > SLANTED else pose.heading - off
-
-
-def gap(one: Pose, other: Pose) -> float:
-    """Return how far two places are from each other, m."""
-    return math.dist((one.x, one.y), (other.x, other.y))
 
 
 @behaviour(world="maze", group="vehicles")

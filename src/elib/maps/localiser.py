@@ -11,8 +11,8 @@ import numpy as np
 
 from elib.base.body import AXLE, AXLE_SPREAD, RADIUS, SENSOR_DIRECTIONS, SENSOR_RADIUS, WHEEL_SPREAD
 from elib.base.errors import ArgumentError
-from elib.base.infrared import LIGHT, MIN_COUNT, REACH, SETBACK
-from elib.base.pose import Pose
+from elib.base.infrared import LIGHT, MIN_COUNT, REACH, SETBACK, wall_distance
+from elib.base.pose import Pose, apart
 from elib.maps.grid import Grid
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ BINS: Final = 72
 FAN: Final = ((0, 0.5), (6, 0.25), (-6, 0.25))
 """What a sensor sees: directions from its axis, in bins, and their shares of the light; 30 degrees to each side, as in
 the simulator (elib.simulator.physics.profiles)."""
-FARTHEST: Final = math.sqrt(LIGHT / MIN_COUNT) - SETBACK
+FARTHEST: Final = wall_distance(MIN_COUNT)
 """m. What is farther is not seen."""
 NOISE, WRONG = 0.004, 0.12
 """m, and part of a distance, by which it differs from that on the map: squares, gains (measured-robots:
@@ -157,10 +157,7 @@ class Localiser:
 
     def _move(self, before: Pose, now: Pose) -> None:
         """Let the guesses move as the wheels did, each with its own wheels and some slip."""
-        way, turn = (
-            math.dist((before.x, before.y), (now.x, now.y)),
-            math.remainder(now.heading - before.heading, math.tau),
-        )
+        way, turn = apart(before, now), math.remainder(now.heading - before.heading, math.tau)
         if way == 0 and turn == 0:
             return
         aside = math.atan2(now.y - before.y, now.x - before.x) - before.heading

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from elib.base.body import AXLE, AXLE_SPREAD, FASTEST_2, METRES_PER_STEP, WHEEL_SPREAD, wrapped
-from elib.base.pose import Pose, advanced
+from elib.base.pose import Pose, advanced, apart
 
 FASTEST = 1.1 * FASTEST_2
 """steps/s that no wheel exceeds (e-puck.md, 1)."""
@@ -193,7 +193,7 @@ class Reckoning:
                 break
         best = min(fitting, key=lambda each: each.cost) if fitting else self._guess(reading, bits)
         fitting = [each for each in fitting if each.cost <= best.cost + UNLIKELY]
-        doubt = max((math.dist((best.pose.x, best.pose.y), (e.pose.x, e.pose.y)) for e in fitting), default=0.0)
+        doubt = max((apart(best.pose, e.pose) for e in fitting), default=0.0)
         turned = max((abs(_turn(best.pose, each.pose)) for each in fitting), default=0.0)
         self.left += best.steps[0]
         self.right += best.steps[1]

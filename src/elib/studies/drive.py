@@ -10,7 +10,7 @@ from os import PathLike, fspath
 from typing import Self
 
 from elib.base.body import STEPS_PER_REVOLUTION
-from elib.base.pose import advanced
+from elib.base.pose import advanced, apart
 from elib.base.timebase import running_loop
 from elib.link.protocol.values import (
     READING_TYPES,
@@ -73,7 +73,7 @@ def simulation_of(robot: Epuck) -> tuple[Simulation | None, int]:
 
 def length(poses: Sequence[Pose]) -> float:
     """Return the length of a path, m."""
-    return math.fsum(math.dist((a.x, a.y), (b.x, b.y)) for a, b in pairwise(poses))
+    return math.fsum(apart(a, b) for a, b in pairwise(poses))
 
 
 class RobotReport:
