@@ -132,6 +132,8 @@ export type Asked = {
     y?: number | null;
     channel?: number;
   };
+  /** Switch a zone of the world on or off, and with it its doors, lamps and sounds. */
+  switch: { zone: string; on?: boolean | null; channel?: number };
   /** Set what the infrared sensors read in the room's light. */
   set_ambient: { ambient: number; channel?: number };
   /** Turn the rotary switch of a robot. Its firmware reads it when it is asked, and when it starts. */
@@ -216,6 +218,7 @@ export type Answered = {
   remove_wall: null;
   set_light: null;
   set_sound: null;
+  switch: null;
   set_ambient: null;
   turn_selector: null;
   press_remote: null;
@@ -500,6 +503,7 @@ export type Light = {
   height: number;
   intensity: number;
   name: string;
+  switch: string;
 };
 
 /** A source of sound: a tone or a noise, steady or again and again. */
@@ -511,6 +515,7 @@ export type Sound = {
   every: number;
   lasts: number;
   name: string;
+  switch: string;
 };
 
 /** The clock of a world: how often faster than the wall clock, and why its speed cannot be changed, if it cannot. */

@@ -21,6 +21,7 @@ from elib.simulator.emulator.clock import RATE
 from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.simulation import Simulation, VirtualRobot, as_scene
 from elib.simulator.physics import Box, Colour, Cylinder, EpuckModel, Light, Pose, Snapshot, Sound, Wall, World
+from elib.simulator.physics.fittings import Zone
 from elib.simulator.physics.geometry import Painted
 from elib.simulator.physics.scene import Scene
 
@@ -52,6 +53,7 @@ Intensity = Annotated[float, rule_of(Light, "intensity")]
 Volume = Annotated[float, rule_of(Sound, "volume")]
 Frequency = Annotated[float, rule_of(Sound, "frequency")]
 Ambient = Annotated[float, rule_of(EpuckModel, "ambient")]
+ZoneName = Annotated[str, rule_of(Zone, "name")]
 
 
 Selector = Annotated[int, Whole(0, 15)]
@@ -360,6 +362,16 @@ class Control:
         index = _index("sound", sound, snapshot.sounds)
         changes = _given(x=x, y=y, volume=volume, frequency=frequency)
         self.world.set_sound(index, replace(snapshot.sounds[index], **changes))
+
+    @order
+    def switch(self, zone: ZoneName, *, on: bool | None = None) -> None:
+        """Switch a zone of the world on or off, and with it its doors, lamps and sounds.
+
+        Args:
+            zone: Name of the zone.
+            on: Whether it is on from now on, whatever is in it; None leaves it to what is in it again.
+        """
+        self._ready().switch(zone, on)
 
     @order
     def set_ambient(self, ambient: Ambient) -> None:
