@@ -318,6 +318,7 @@ export type Change = {
   cylinders?: [number, number, number][];
   lights?: [number, Light][];
   sounds?: [number, Sound][];
+  zones?: Zone[];
   ambient?: number;
   clock?: Clock;
 };
@@ -330,6 +331,9 @@ export type Readings = {
   proximity: number[];
   encoders: [number, number];
   link: LinkState;
+  energy: number;
+  score: number;
+  zones: string[];
   base?: LinkFaults;
   selector?: number;
   button?: boolean | null;
@@ -480,6 +484,8 @@ export type Scene = {
   names: string[];
   own: number | null;
   floor_png: string | null;
+  zones: Zone[];
+  pens: (string | null)[];
 };
 
 /** A box: m, rad, whether it gives way to a robot, and what its sides show, as a wall. */
@@ -516,6 +522,15 @@ export type Sound = {
   lasts: number;
   name: string;
   switch: string;
+};
+
+/** A zone of the world: the corners of its shape, m, whether it is switched on, and whether a picture tells more. */
+export type Zone = {
+  name: string;
+  points: [number, number][];
+  colour: string;
+  on: boolean;
+  picture: boolean;
 };
 
 /** The clock of a world: how often faster than the wall clock, and why its speed cannot be changed, if it cannot. */

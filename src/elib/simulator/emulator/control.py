@@ -214,9 +214,9 @@ class Control:
             y: New y of its centre, m.
             angle: New angle, rad; None keeps the old one.
         """
-        snapshot = self.snapshot()
-        index = _index("box", box, snapshot.boxes)
-        self.world.move_box(index, Pose(*_place(x, y), snapshot.boxes[index].angle if angle is None else angle))
+        boxes = self._ready().laid_out()["boxes"]  # a door as it is closed
+        index = _index("box", box, boxes)
+        self.world.move_box(index, Pose(*_place(x, y), boxes[index].angle if angle is None else angle))
 
     @order
     def move_cylinder(self, cylinder: Which, x: Place, y: Place) -> None:
@@ -334,10 +334,10 @@ class Control:
             y: New y, m.
             height: Height above the floor, m, more than 0.
         """
-        snapshot = self.snapshot()
-        index = _index("light", light, snapshot.lights)
+        lights = self._ready().laid_out()["lights"]
+        index = _index("light", light, lights)
         changes = _given(x=x, y=y, height=height, intensity=intensity)
-        self.world.set_light(index, replace(snapshot.lights[index], **changes))
+        self.world.set_light(index, replace(lights[index], **changes))
 
     @order
     def set_sound(
@@ -358,10 +358,10 @@ class Control:
             x: New x, m.
             y: New y, m.
         """
-        snapshot = self.snapshot()
-        index = _index("sound", sound, snapshot.sounds)
+        sounds = self._ready().laid_out()["sounds"]
+        index = _index("sound", sound, sounds)
         changes = _given(x=x, y=y, volume=volume, frequency=frequency)
-        self.world.set_sound(index, replace(snapshot.sounds[index], **changes))
+        self.world.set_sound(index, replace(sounds[index], **changes))
 
     @order
     def switch(self, zone: ZoneName, *, on: bool | None = None) -> None:

@@ -305,7 +305,7 @@ class Energy:
     Attributes:
         idle: What a robot uses whether or not it drives, 1/s, 0..100.
         start: What it begins with, 0..1.
-        driving: What it uses for each metre that its wheels roll, 1/m.
+        driving: What it uses for each metre that its wheels roll, 1/m, 0..100.
     """
 
     idle: Annotated[float, Number(0, 100, "1/s", example="0.01")]

@@ -86,6 +86,7 @@ class Robot:
     darkness: list[float] = floats(8)  # What they read with their emitters off, over what others read.
     energy: float = 1.0  # What is left of it, 0..1; a robot without any stands.
     full: float = 1.0  # What it begins with.
+    was_told: int = 0  # 1 if it became empty, and has not recovered.
     score: float = 0.0  # Points that it earned.
     zones: int = 0  # In which it is: a bit for each.
     pen: int = -1  # The colour in which it draws; -1 for none.

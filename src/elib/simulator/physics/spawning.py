@@ -47,6 +47,7 @@ def spawn(world: Records, starts: Sequence[Sequence[float]], seed_key: int) -> N
         robot.frequency = 0.0
         robot.touched = -1
         robot.energy = robot.full
+        robot.was_told = 0
         robot.score = 0.0
         robot.zones = 0
         robot.digest = 0

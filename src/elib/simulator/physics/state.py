@@ -30,7 +30,7 @@ PLACE = "x", "y", "heading_x", "heading_y"
 """Where a robot or a thing stands, to the last bit, which an angle does not keep."""
 MOTION = *PLACE, "speed_x", "speed_y", "spin", "open", "back"
 ZONE = "is_on", "hand", "count", "store"
-LIFE = "energy", "score", "zones", "pen"
+LIFE = "energy", "was_told", "score", "zones", "pen"
 """What a zone and a robot are in at a moment."""
 _Lit = TypeVar("_Lit", Light, Sound)
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
 from elib.simulator.physics.fittings import Zone
-from elib.simulator.physics.floor import packed
+from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Colour, Cylinder
 from elib.simulator.physics.hearing import waveform
 from elib.simulator.physics.noise import tick_key
@@ -291,6 +291,11 @@ class ReadableWorld:
             found.append(zone if is_same else replace(zone, is_on=bool(state.is_on), store=store))
         return tuple(found)
 
+    @property
+    def floor(self) -> Floor:
+        """The floor with all that is painted on it and that pens drew."""
+        return self._state.inked()
+
     def zones_of(self, robot: int) -> tuple[str, ...]:
         """Return the names of the zones in which the middle of a robot was at the end of the last tick."""
         inside = int(self._robot(robot).zones)
@@ -390,7 +395,7 @@ class ReadableWorld:
         from importlib.metadata import entry_points  # What draws is above the physics, and found by name.
 
         (top,) = entry_points(group="elib.drawings", name="top")
-        seen = replace(self.snapshot(beams=beams), floor=self._state.inked())
+        seen = replace(self.snapshot(beams=beams), floor=self.floor)
         drawn: str | None = top.load()(seen, path, trails=trails, caption=caption, size=size)
         return drawn
 

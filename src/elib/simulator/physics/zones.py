@@ -54,6 +54,9 @@ LOST: Final = -100.0
 FOREVER: Final = 1 << 30
 """Ticks after which a puck comes back that does not."""
 
+RECOVERED: Final = 0.01
+"""Energy from which on a robot that was empty can become so again: a weak charger would tell it in every tick."""
+
 TOUCH: Final = 0.001
 """m. A robot this near to a puck touches it."""
 
@@ -232,8 +235,11 @@ def feed(world: Records, i: int, gift: float) -> None:
     robot = world.robots[i]
     before = robot.energy
     robot.energy = min(max(before + gift, 0.0), 1.0)
-    if before > 0.0 and robot.energy == 0.0:
+    if robot.energy == 0.0 and before > 0.0 and not robot.was_told:
         tell(world, EMPTY, NONE, i)
+        robot.was_told = 1
+    elif robot.energy > RECOVERED:
+        robot.was_told = 0
 
 
 @kernel
