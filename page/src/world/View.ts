@@ -252,6 +252,14 @@ export class View extends Stage {
       ground.map.colorSpace = three.SRGBColorSpace;
       ground.map.anisotropy = 8;
       ground.map.repeat.set(width / floor.width, depth / floor.depth);
+      if (!floor.colour) {
+        // The picture is transparent where nothing is painted.
+        const bare = new three.Mesh(this.floor.geometry, new three.MeshLambertMaterial({ color: this.ink("floor") }));
+        bare.position.set(width / 2, depth / 2, -0.0005);
+        bare.receiveShadow = ground.transparent = true;
+        this.floor.renderOrder = -1; // what lies on it is transparent, too
+        this.room.add(bare);
+      }
     } else {
       if (floor.colour) ground.color.multiply(new three.Color(floor.colour));
       const lines: three.Vector3[] = [],

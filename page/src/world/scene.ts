@@ -15,6 +15,7 @@ const TRAIL_POINTS = 500; // of one robot: its last two metres or more
 const ALL_POINTS = 20_000; // of all robots
 const PEN_POINTS = 5_000; // of what one pen draws while a page looks
 const LIFTED = 0.15; // m between two frames: it was put elsewhere, and did not drive there
+const FASTEST = 0.2; // m/s: what moved farther was lifted, however long the page had slept
 const SMOOTH = 0.1; // s of the robot's time over which speeds are smoothed
 const MAX_LISTED = 500; // things of a kind in the list
 const THICK = 0.006; // m: how a wall is shown
@@ -231,11 +232,12 @@ export class World {
       last = this.beats.at(-1);
     if (last) this.gap += 0.1 * (Math.min(0.25, Math.max(0.01, now - last[0])) - this.gap);
     if (old && frame.time > old.time) this.measure(old, frame);
-    const limit = Math.min(TRAIL_POINTS, ALL_POINTS / frame.count);
+    const limit = Math.min(TRAIL_POINTS, ALL_POINTS / frame.count),
+      far = LIFTED + FASTEST * (frame.time - (old?.time ?? frame.time));
     for (let k = 0; k < frame.count; k++) {
       const [x, y] = frame.poses.subarray(3 * k);
-      this.follow(this.trails[k], x, y, limit);
-      if (this.scene.value.pens[k]) this.follow(this.lines[k], x, y, PEN_POINTS);
+      this.follow(this.trails[k], x, y, limit, LIFTED);
+      if (this.scene.value.pens[k]) this.follow(this.lines[k], x, y, PEN_POINTS, far);
     }
     this.beats.push([now, frame.time]);
     while (this.beats.length > 2 && now - this.beats[0][0] > 2) this.beats.shift();
@@ -292,11 +294,11 @@ export class World {
     }
   }
 
-  private follow(trail: [number, number][], x: number, y: number, limit: number) {
+  private follow(trail: [number, number][], x: number, y: number, limit: number, far: number) {
     const last = trail.at(-1),
       moved = last ? Math.hypot(x - last[0], y - last[1]) : 1;
     if (moved < TRAIL_STEP) return;
-    if (last && moved > LIFTED) trail.length = 0; // or the page had slept: no line through the air
+    if (last && moved > far) trail.length = 0; // or the page had slept: no line through the air
     trail.push([x, y]);
     if (trail.length > limit) trail.shift();
   }
