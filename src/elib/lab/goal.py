@@ -87,6 +87,7 @@ class Trace:
         things: Where the middle of each box and cylinder with a name is at the end, m.
         zones: The zones of this variant.
         stripes: The courses of the stripes on the floor, each as its points, m.
+        surfaces: Walls and sides of boxes at the start: both ends of each, x1, y1, x2, y2, m.
         requests: How often each command was sent.
         output: What the program printed.
         time: Robot time at the program's end, s.
@@ -102,6 +103,7 @@ class Trace:
     things: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     zones: Mapping[str, Zone] = field(default_factory=dict)
     stripes: Sequence[Sequence[tuple[float, float]]] = ()
+    surfaces: Sequence[tuple[float, float, float, float]] = ()
     requests: Counter[str] = field(default_factory=Counter)
     output: str = ""
     time: float = 0.0
