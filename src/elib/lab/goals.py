@@ -419,10 +419,10 @@ class Says(Goal):
 
 @kind("measures")
 class Measures(Goal):
-    """The program printed how large a rectangular zone is: a line with its name and both sides, m, of which the last counts.
+    """The program printed the size of a zone: a line with its name and both sides, m. The last one counts.
 
     Attributes:
-        zone: The zone.
+        zone: The zone, a rectangle.
         within: How far each side may be off, m.
     """
 

@@ -10,9 +10,8 @@ with elib.connect() as robot:
     robot.set_camera(40, 40, 8, "grey")
     pairs = []
     for _ in range(30):
-        for tag in robot.tags(0.075):
-            if tag.number in TAGS:
-                pairs.append((TAGS[tag.number], 0.03 + cmath.rect(tag.distance, tag.bearing)))
+        seen = [tag for tag in robot.tags(0.075) if tag.number in TAGS]
+        pairs += [(TAGS[tag.number], 0.03 + cmath.rect(tag.distance, tag.bearing)) for tag in seen]
         robot.turn(math.radians(12))
     there = sum(tag for tag, _ in pairs) / len(pairs)
     here = sum(place for _, place in pairs) / len(pairs)
