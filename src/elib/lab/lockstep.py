@@ -66,12 +66,8 @@ class LockstepLink:
         channel: What carries the frames; the socket whose file descriptor is *number* if None.
 
     Attributes:
-        now: The marker's time, s.
-        codecs: What each robot's link carries.
         is_over: Whether the marker lets no more time pass.
         was_used: Whether the program has opened a robot.
-        on_over: Called when the marker lets no more time pass.
-        on_jump: Called before a loop jumps, if set; what it raises ends the program.
 
     Raises:
         LinkNotFound: There is no marker behind this file descriptor.
@@ -80,9 +76,10 @@ class LockstepLink:
     def __init__(self, number: int, channel: Channel | None = None) -> None:
         self.name = f"lockstep://{number}"
         self.is_over = self.was_used = False
-        self.on_over: Callable[[], None] | None = None
+        self.on_over: Callable[[], None] | None = None  # called when the marker lets no more time pass
+        # called before a loop jumps, if set; what it raises ends the program
         self.on_jump: Callable[[], None] | None = None
-        self.now = 0.0
+        self.now = 0.0  # the marker's time, s
         self.loops: weakref.WeakSet[LockstepLoop] = weakref.WeakSet()
         self.robots: dict[int, LockstepTransport] = {}
         self._lock = threading.RLock()
@@ -96,6 +93,7 @@ class LockstepLink:
                 hint="only a lab's marker gives such a URL; try sim://",
             ) from None
         _, self.now, count = GREETING.unpack_from(answer)
+        # what each robot's link carries
         self.codecs = ["wifi" if each == ord("w") else "serial" for each in answer[GREETING.size :][:count]]
 
     def tell(self, letter: int, body: bytes) -> None:
@@ -173,16 +171,11 @@ def _socket(number: int) -> socket.socket:
 
 
 class LockstepLoop(SimulatedLoop):
-    """A :class:`SimulatedLoop` whose time is the marker's, from zero on: it asks before it jumps.
-
-    Attributes:
-        link: The link to the marker.
-        began: The marker's time when the loop was made, s.
-    """
+    """A :class:`SimulatedLoop` whose time is the marker's, from zero on: it asks before it jumps."""
 
     def __init__(self, link: LockstepLink, *where: Any) -> None:
-        self.link = link
-        self.began = link.now
+        self.link = link  # the link to the marker
+        self.began = link.now  # the marker's time when the loop was made, s
         super().__init__(*where)
         link.loops.add(self)
 
@@ -327,13 +320,9 @@ def linked(channel: Channel) -> Iterator[int]:
 
 @dataclass(frozen=True, slots=True)
 class MarkersTime(LoopMaker):
-    """The time of a marker.
+    """The time of a marker."""
 
-    Attributes:
-        number: The number of its link.
-    """
-
-    number: int
+    number: int  # the number of its link
 
     def make(self) -> LockstepLoop:
         """Return an event loop in this time."""

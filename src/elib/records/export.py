@@ -23,19 +23,12 @@ NO_FOLDERS = (".csv", ".parquet", ".txt", ".tsv", ".json", ".jsonl", ".xlsx", ".
 
 @dataclass(slots=True)
 class Exported:
-    """What was written.
+    """What was written."""
 
-    Attributes:
-        rows: Number of rows by file.
-        pictures: Number of pictures, which are not in the tables.
-        misfits: Number of readings that were left out.
-        healths: State of each part of the recording.
-    """
-
-    rows: Counter[Path] = field(default_factory=Counter)
-    pictures: int = 0
-    misfits: int = 0
-    healths: list[Health] = field(default_factory=list)
+    rows: Counter[Path] = field(default_factory=Counter)  # number of rows by file
+    pictures: int = 0  # number of pictures, which are not in the tables
+    misfits: int = 0  # number of readings that were left out
+    healths: list[Health] = field(default_factory=list)  # state of each part of the recording
 
     @property
     def damaged(self) -> int:

@@ -32,7 +32,6 @@ class McapWriter:
         library: Name of the writing program, for the header.
 
     Attributes:
-        count: Number of messages so far.
         size: Number of bytes that were written.
         pending: Size of the unfinished chunk, bytes before compression.
     """
@@ -50,7 +49,7 @@ class McapWriter:
         self._span: tuple[int, int] | None = None
         self._chunk_indexes: list[bytes] = []
         self._other_indexes: dict[int, list[bytes]] = {ATTACHMENT_INDEX: [], METADATA_INDEX: []}
-        self.count = 0
+        self.count = 0  # number of messages so far
         self._begin_chunk()
         self._write(MAGIC + _record(HEADER, _text(""), _text(library)))
 

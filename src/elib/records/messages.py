@@ -80,29 +80,19 @@ INFORMATION, WARNING, ERROR = 2, 3, 4
 
 @dataclass(frozen=True, slots=True)
 class Located:
-    """A pose of the robot.
+    """A pose of the robot."""
 
-    Attributes:
-        pose: The pose, with its time.
-        is_measured: Whether it was measured from outside; otherwise it comes from the step counters.
-        moves_frame: Whether the robot's own frame, in which its ranges are, goes with this pose.
-    """
-
-    pose: Pose
-    is_measured: bool
-    moves_frame: bool = False
+    pose: Pose  # the pose, with its time
+    is_measured: bool  # whether it was measured from outside; otherwise it comes from the step counters
+    moves_frame: bool = False  # whether the robot's own frame, in which its ranges are, goes with this pose
 
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """The state of a simulated world.
+    """The state of a simulated world."""
 
-    Attributes:
-        state: The fields of :class:`~elib.records.topics.WorldData`, without its time.
-        scene: The world as TOML if boxes or walls were added, moved or removed since the last one; otherwise empty.
-    """
-
-    state: Mapping[str, Any]
+    state: Mapping[str, Any]  # the fields of WorldData, without its time
+    # the world as TOML if boxes or walls were added, moved or removed since the last one; otherwise empty
     scene: str = ""
 
 
@@ -111,19 +101,12 @@ Event = TraceEvent | Located | LinkStats | Observed
 
 
 class Message(NamedTuple):
-    """One message.
+    """One message."""
 
-    Attributes:
-        time: s on the robot's clock.
-        topic: Topic of the message.
-        data: Its data; of a reading its fields.
-        reading: Name of the reading after ``/readings/``; empty for other topics.
-    """
-
-    time: float
+    time: float  # s on the robot's clock
     topic: Topic
-    data: Data | Mapping[str, object]
-    reading: str = ""
+    data: Data | Mapping[str, object]  # its data; of a reading its fields
+    reading: str = ""  # name of the reading after `/readings/`; empty for other topics
 
 
 def channel_of(message: Message) -> tuple[str, str, Schema]:

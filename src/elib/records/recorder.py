@@ -130,9 +130,6 @@ class Recorder:
         part_seconds: Robot time after which the next part begins, s, 1 at least; None for one file.
         keep: Number of newest parts that are kept, 2 at least; None for all.
 
-    Attributes:
-        path: Path of the first part.
-
     Raises:
         ArgumentError: The file exists, its name does not end in ``.mcap``, or a number is out of range.
         Unsupported: The package mcap is not installed.

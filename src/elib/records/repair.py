@@ -16,19 +16,12 @@ from elib.records.topics import ABOUT
 
 @dataclass(frozen=True, slots=True)
 class Repaired:
-    """Result of a repair.
-
-    Attributes:
-        path: Path of the new file.
-        health: State of the old file.
-        lost: Number of bytes at the end of the old file that could not be read.
-        messages: Number of messages in the new file.
-    """
+    """Result of a repair."""
 
     path: Path
-    health: Health
-    lost: int
-    messages: int
+    health: Health  # state of the old file
+    lost: int  # number of bytes at the end of the old file that could not be read
+    messages: int  # number of messages in the new file
 
 
 def repaired_name(path: Path) -> Path:

@@ -40,38 +40,23 @@ recording, and it must not wait for answers until its timeouts end."""
 
 @dataclass(slots=True)
 class Stretch:
-    """The bytes of one session, from the opening of the link to its end.
+    """The bytes of one session, from the opening of the link to its end."""
 
-    Attributes:
-        items: The bytes, in order.
-        lost: When the link was lost, s on the recorded clock; None if it was not lost.
-        reason: Why the link was lost.
-    """
-
-    items: list[Transfer] = field(default_factory=list)
-    lost: float | None = None
-    reason: str = ""
+    items: list[Transfer] = field(default_factory=list)  # the bytes, in order
+    lost: float | None = None  # when the link was lost, s on the recorded clock; None if it was not lost
+    reason: str = ""  # why the link was lost
 
 
 @dataclass(slots=True)
 class Script:
-    """The parts of a recording that a replay needs.
-
-    Attributes:
-        name: Name of the file.
-        stretches: The bytes of each session.
-        calls: When the bytes of each call were sent, and the text of the call, in order of time.
-        codec: What the link carried.
-        began: When the recording began, s.
-        missing: A hint on what happened before the recording began; empty if the recording is complete.
-    """
+    """The parts of a recording that a replay needs."""
 
     name: str
-    stretches: list[Stretch]
-    calls: list[tuple[float, str]]
-    codec: str
-    began: float
-    missing: str
+    stretches: list[Stretch]  # the bytes of each session
+    calls: list[tuple[float, str]]  # when the bytes of each call were sent, and the text of the call, in order of time
+    codec: str  # what the link carried
+    began: float  # when the recording began, s
+    missing: str  # a hint on what happened before the recording began; empty if the recording is complete
 
     @classmethod
     def of(cls, recording: Recording) -> Script:

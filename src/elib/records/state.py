@@ -26,26 +26,17 @@ ROUNDING = 1e-9
 
 @dataclass(slots=True)
 class RobotState:
-    """A robot at one moment of a recording.
+    """A robot at one moment of a recording."""
 
-    Attributes:
-        time: s on the robot's clock.
-        pose: Pose of the robot: in the world if it was measured, otherwise from where odometry began.
-        is_measured: Whether the pose was measured.
-        speed: Wheel speeds that were set last, steps/s.
-        steps: The step counters.
-        memory: The last settings of lamps and camera.
-        world: The last message of ``/world`` before the moment; None without a simulated world.
-        scene: The last message of ``/scene`` before the moment: the simulated world as TOML; empty if there is none.
-    """
-
-    time: float
+    time: float  # s on the robot's clock
     pose: Pose
-    is_measured: bool
-    speed: tuple[int, int] = (0, 0)
-    steps: tuple[int, int] = (0, 0)
-    memory: LastSet = field(default_factory=LastSet)
+    is_measured: bool  # whether the pose was measured
+    speed: tuple[int, int] = (0, 0)  # wheel speeds that were set last, steps/s
+    steps: tuple[int, int] = (0, 0)  # the step counters
+    memory: LastSet = field(default_factory=LastSet)  # the last settings of lamps and camera
+    # the last message of `/world` before the moment; None without a simulated world
     world: Mapping[str, Any] | None = None
+    # the last message of `/scene` before the moment: the simulated world as TOML; empty if there is none
     scene: str = ""
 
 

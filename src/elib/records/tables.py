@@ -94,14 +94,10 @@ class AnyMessage(Protocol):
 
 @dataclass(slots=True)
 class _Layout:
-    """How the rows of a reading are made.
-
-    Attributes:
-        columns: Its columns.
-        cells: For each number its column's kind, its field, and its place if the field holds several.
-    """
+    """How the rows of a reading are made."""
 
     columns: Columns
+    # for each number its column's kind, its field, and its place if the field holds several
     cells: list[tuple[Kind, str, int | None]]
 
     @classmethod
@@ -167,15 +163,12 @@ class Tabulator:
 
     Args:
         about: The facts about the recording.
-
-    Attributes:
-        columns: The columns of each table that has rows.
-        misfits: Number of readings that are left out: they have other fields than the first one of their kind, or a
-            name that no table can have.
     """
 
     def __init__(self, about: Mapping[str, str]) -> None:
-        self.columns: dict[str, Columns] = {}
+        self.columns: dict[str, Columns] = {}  # the columns of each table that has rows
+        # number of readings that are left out: they have other fields than the first one of their kind, or a name that
+        # no table can have
         self.misfits = 0
         self._robot = about.get("robot", "")
         self._end = (self._robot, about.get("origin", ""))

@@ -65,9 +65,6 @@ class LineWriter(Background[str]):
     Args:
         target: Path or stream; a stream stays open at the end.
 
-    Attributes:
-        target: Name of the file or stream.
-
     Raises:
         ArgumentError: The target is not a path and takes no text.
         OSError: The file cannot be opened.
@@ -78,7 +75,7 @@ class LineWriter(Background[str]):
         self._stream: TextStream
         if isinstance(target, str | os.PathLike):
             self._stream = self._own = AppendedFile(target)
-            self.target = os.fspath(target)
+            self.target = os.fspath(target)  # name of the file or stream
         else:
             self._stream = _checked(target)
             self.target = str(getattr(target, "name", type(target).__name__))

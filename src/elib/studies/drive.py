@@ -84,29 +84,24 @@ class RobotReport:
         began: When the run began, s on the robot's clock; now unless given.
 
     Attributes:
-        robot: The robot.
-        world: The world that the robot is in, if it is simulated in this process.
         index: Its index in that world.
-        path: The poses of the robot, oldest first: from its world, else from the speeds that its wheels were told.
-        speeds: The speeds that the wheels were told.
-        readings: The readings that a plot shows.
         contacts: How often it began to touch something; only known in a world.
         contact_time: How long it touched something, s.
-        is_closed: Whether the report has ended.
     """
 
     def __init__(self, robot: Epuck, began: float | None = None) -> None:
         self.robot = robot
-        self.speeds: Speeds = []
-        self.readings: Numbers = {}
+        self.speeds: Speeds = []  # the speeds that the wheels were told
+        self.readings: Numbers = {}  # the readings that a plot shows
         self.contacts, self.contact_time, self._is_touching = 0, 0.0, False
-        self.is_closed = False
+        self.is_closed = False  # whether the report has ended
         self._began = self._last = self._end = robot.time if began is None else began
         self._simulation, self.index = simulation_of(robot)
-        self.world = None
+        self.world = None  # the world that the robot is in, if it is simulated in this process
         if self._simulation is not None:
             self._simulation.catch_up()
             self.world = self._simulation.world
+        # the poses of the robot, oldest first: from its world, else from the speeds that its wheels were told
         self.path = [self._true_pose() or Pose(0.0, 0.0)]
         robot.trace(self._note)
         self._unfollow: Callable[[], None] = lambda: None
@@ -191,11 +186,6 @@ class Plot:
         robot: An open robot.
         path: File to write, ending in ``.png``, ``.svg`` or ``.pdf``; an existing one is replaced.
 
-    Attributes:
-        path: The file.
-        report: What is drawn.
-        is_closed: Whether it was drawn.
-
     Raises:
         ArgumentError: The name ends otherwise, or there is no such folder.
         Unsupported: Matplotlib is not installed.
@@ -203,9 +193,9 @@ class Plot:
 
     def __init__(self, robot: Epuck, path: str | PathLike[str]) -> None:
         check_report(path)
-        self.path = fspath(path)
-        self.report = RobotReport(robot)
-        self.is_closed = False
+        self.path = fspath(path)  # the file
+        self.report = RobotReport(robot)  # what is drawn
+        self.is_closed = False  # whether it was drawn
 
     def __enter__(self) -> Self:
         return self

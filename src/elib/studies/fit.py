@@ -56,34 +56,21 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class LinkFit:
-    """The fitted link.
+    """The fitted link."""
 
-    Attributes:
-        latency: Latency each way, s.
-        jitter: Standard deviation of the latency, s.
-        error: Standard error of the latency, s.
-        calls: Number of calls that were compared.
-    """
-
-    latency: float
-    jitter: float
-    error: float
-    calls: int
+    latency: float  # latency each way, s
+    jitter: float  # standard deviation of the latency, s
+    error: float  # standard error of the latency, s
+    calls: int  # number of calls that were compared
 
 
 @dataclass(frozen=True, slots=True)
 class NotFitted:
-    """A part of the profile that could not be fitted.
+    """A part of the profile that could not be fitted."""
 
-    Attributes:
-        what: ``wheels``, ``link`` or ``infrared``.
-        why: The reason, in a sentence.
-        cure: What to do about it.
-    """
-
-    what: str
-    why: str
-    cure: str
+    what: str  # `wheels`, `link` or `infrared`
+    why: str  # the reason, in a sentence
+    cure: str  # what to do about it
 
 
 class _Lacking(ArgumentError):

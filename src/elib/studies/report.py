@@ -31,21 +31,13 @@ SHADES = ("#eef1f5", "#dde4ee")
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """Lines over time.
+    """Lines over time."""
 
-    Attributes:
-        title: What they are, with the unit.
-        times: s; the same for all lines.
-        lines: Their values at these times.
-        names: What each is called.
-        is_stepped: A value holds until the next one.
-    """
-
-    title: str
-    times: Sequence[float]
-    lines: Sequence[Sequence[float]]
-    names: Sequence[str]
-    is_stepped: bool = False
+    title: str  # what they are, with the unit
+    times: Sequence[float]  # s; the same for all lines
+    lines: Sequence[Sequence[float]]  # their values at these times
+    names: Sequence[str]  # what each is called
+    is_stepped: bool = False  # a value holds until the next one
 
 
 def check_report(path: str | PathLike[str]) -> None:

@@ -69,29 +69,17 @@ TRUSTWORTHY = (
 
 @dataclass(frozen=True, slots=True)
 class WheelFit:
-    """The fitted wheels.
+    """The fitted wheels."""
 
-    Attributes:
-        left: Radius of the left wheel as a share of the nominal radius.
-        right: Radius of the right wheel as a share of the nominal radius.
-        axle: Distance between the wheels' contact points, m.
-        delay: Age of a reading of the counters at its time, s.
-        errors: Standard errors of these four, in the same units.
-        windows: Number of windows that were used.
-        left_out: Number of windows that did not agree with these: the robot slipped or was stopped there.
-        position_error: Root mean square of the residual position over a window, m.
-        heading_error: Root mean square of the residual heading over a window, rad.
-    """
-
-    left: float
-    right: float
-    axle: float
-    delay: float
-    errors: tuple[float, float, float, float]
-    windows: int
-    left_out: int
-    position_error: float
-    heading_error: float
+    left: float  # radius of the left wheel as a share of the nominal radius
+    right: float  # radius of the right wheel as a share of the nominal radius
+    axle: float  # distance between the wheels' contact points, m
+    delay: float  # age of a reading of the counters at its time, s
+    errors: tuple[float, float, float, float]  # standard errors of these four, in the same units
+    windows: int  # number of windows that were used
+    left_out: int  # number of windows that did not agree with these: the robot slipped or was stopped there
+    position_error: float  # root mean square of the residual position over a window, m
+    heading_error: float  # root mean square of the residual heading over a window, rad
 
 
 def fit_wheels(steps: Series, poses: Series) -> WheelFit:

@@ -82,17 +82,11 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """The result of a search.
+    """The result of a search."""
 
-    Attributes:
-        found: The links that may lead to a robot; after :func:`survey` each has an answer or a reason.
-        not_tried: Serial ports that were left alone because robots do not have such ports.
-        notes: Where the search could not look, one sentence each.
-    """
-
-    found: tuple[Found, ...]
-    not_tried: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    found: tuple[Found, ...]  # the links that may lead to a robot; after survey each has an answer or a reason
+    not_tried: tuple[str, ...] = ()  # serial ports that were left alone because robots do not have such ports
+    notes: tuple[str, ...] = ()  # where the search could not look, one sentence each
 
 
 async def find(*, timeout: float = TIMEOUT, all_ports: bool = False, network: str | None = None) -> list[Found]:

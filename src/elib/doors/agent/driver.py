@@ -42,32 +42,20 @@ RELEASE = "ask the person to press Continue on the robot's page; until then noth
 
 @dataclass
 class Outcome:
-    """How an action ended.
+    """How an action ended."""
 
-    Attributes:
-        ended: One word: ``reached``, ``obstacle``, ``fence``, ``budget``, ``time``, ``person``, ``link``, ``stopped``
-            (by the stop tool), ``cancelled``, ``busy`` or ``failed``.
-        text: The same as a sentence.
-        hint: What to try; empty where nothing needs to be tried.
-        stands: Whether the robot confirmed that it stands; True for an action that did not begin.
-        began: Whether the robot was told to move.
-        driven: Distance along the robot's own direction, backwards negative, m.
-        turned: Angle by which it turned, positive to the left, degrees.
-        seconds: How long the action took, s.
-        near: What the infrared sensors see at its end; None if they could not be read.
-        lines: What a behaviour said.
-    """
-
+    # one word: `reached`, `obstacle`, `fence`, `budget`, `time`, `person`, `link`, `stopped` (by the stop tool),
+    # `cancelled`, `busy` or `failed`
     ended: str
-    text: str
-    hint: str = ""
-    stands: bool = True
-    began: bool = True
-    driven: float = 0.0
-    turned: float = 0.0
-    seconds: float = 0.0
-    near: Proximity | None = None
-    lines: list[str] = field(default_factory=list)
+    text: str  # the same as a sentence
+    hint: str = ""  # what to try; empty where nothing needs to be tried
+    stands: bool = True  # whether the robot confirmed that it stands; True for an action that did not begin
+    began: bool = True  # whether the robot was told to move
+    driven: float = 0.0  # distance along the robot's own direction, backwards negative, m
+    turned: float = 0.0  # angle by which it turned, positive to the left, degrees
+    seconds: float = 0.0  # how long the action took, s
+    near: Proximity | None = None  # what the infrared sensors see at its end; None if they could not be read
+    lines: list[str] = field(default_factory=list)  # what a behaviour said
 
     @property
     def is_error(self) -> bool:
@@ -76,15 +64,11 @@ class Outcome:
 
 
 class CallRefused(Exception):
-    """An action that does not begin.
-
-    Attributes:
-        outcome: Why not.
-    """
+    """An action that does not begin."""
 
     def __init__(self, ended: str, text: str, hint: str = "") -> None:
         super().__init__(text)
-        self.outcome = Outcome(ended, text, hint, began=False)
+        self.outcome = Outcome(ended, text, hint, began=False)  # why not
 
 
 Motion = Callable[[ProxiedRobot], Awaitable[object]]
@@ -104,20 +88,14 @@ class Driver:
         slot: The robot's place in the panel.
         limits: The limits of the agent.
         budget: What is left of its budget; shared with its other robots.
-
-    Attributes:
-        slot: As given.
-        limits: As given.
-        busy: The action that has the wheels, as text; empty while none has.
-        mover: The task of the call that has the wheels; None while none has.
     """
 
     def __init__(self, slot: Slot, limits: Limits, budget: Budget) -> None:
         self.slot = slot
         self.limits = limits
         self.budget = budget
-        self.busy = ""
-        self.mover: asyncio.Task[object] | None = None
+        self.busy = ""  # the action that has the wheels, as text; empty while none has
+        self.mover: asyncio.Task[object] | None = None  # the task of the call that has the wheels; None while none has
         self._loop = asyncio.get_running_loop()
         self._open_air = OpenAir()
         self._end: asyncio.Future[str] | None = None

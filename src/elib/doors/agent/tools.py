@@ -64,18 +64,14 @@ class Tools:
     Args:
         panel: Holds the robots; those that are added later are a person's, and not the agent's.
         limits: What the agent may do.
-
-    Attributes:
-        drivers: The agent's robots by key.
-        budget: What is left.
-        tools: The tools by name, as the SDK describes them.
     """
 
     def __init__(self, panel: Panel, limits: Limits) -> None:
         self.limits = limits
-        self.budget = Budget(limits)
+        self.budget = Budget(limits)  # what is left
+        # the agent's robots by key
         self.drivers = {key: Driver(slot, limits, self.budget) for key, slot in panel.slots.items()}
-        self.tools: dict[str, Tool] = {}
+        self.tools: dict[str, Tool] = {}  # the tools by name, as the SDK describes them
         self._free: set[str] = set()
         self._keys = tuple(self.drivers)
         self._offer_what_reads()

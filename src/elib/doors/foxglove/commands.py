@@ -64,18 +64,13 @@ class Steering(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Leds(msgspec.Struct, forbid_unknown_fields=True):
-    """What LEDs show; what is left out stays.
+    """What LEDs show; what is left out stays."""
 
-    Attributes:
-        ring: Whether each of the eight LEDs of the ring is on, clockwise from the front.
-        body: Whether the green light of the body is on.
-        front: Whether the red light in front is on.
-        colours: Red, green and blue, 0 to 1, of the LEDs 1, 3, 5 and 7 of an e-puck2.
-    """
-
+    # whether each of the eight LEDs of the ring is on, clockwise from the front
     ring: Annotated[list[bool], Meta(min_length=RING, max_length=RING)] | None = None
-    body: bool | None = None
-    front: bool | None = None
+    body: bool | None = None  # whether the green light of the body is on
+    front: bool | None = None  # whether the red light in front is on
+    # red, green and blue, 0 to 1, of the LEDs 1, 3, 5 and 7 of an e-puck2
     colours: Annotated[list[tuple[Share, Share, Share]], Meta(min_length=4, max_length=4)] | None = None
 
     def commands(self) -> list[tuple[str, tuple[object, ...]]]:

@@ -38,15 +38,12 @@ class ProgramDoor:
     Args:
         origins: Sites whose pages may connect, such as ``https://example.org``; ``null`` for pages from files.
 
-    Attributes:
-        path: The path of its address.
-
     Raises:
         ArgumentError: An origin is not one.
     """
 
     def __init__(self, origins: Sequence[str] = ()) -> None:
-        self.path = PATH
+        self.path = PATH  # the path of its address
         for each in origins:
             if each != "null" and not ORIGIN.fullmatch(each):
                 raise ArgumentError(

@@ -43,13 +43,12 @@ class AnswerReader:
             returns what is wrong with that.
 
     Attributes:
-        expected: The answers that should come, the oldest first.
         hears_host: Whether the capture has bytes from the host.
         hears_robot: Whether the capture has bytes from the robot.
     """
 
     def __init__(self, context: Context, restarted: Callable[[], None], learned: Callable[[str], str]) -> None:
-        self.expected: deque[ExpectedAnswer] = deque()
+        self.expected: deque[ExpectedAnswer] = deque()  # the answers that should come, the oldest first
         self.hears_host = self.hears_robot = False
         self._context = context
         self._restarted = restarted

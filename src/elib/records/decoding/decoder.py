@@ -25,9 +25,6 @@ class Decoder:
         firmware: The name of the robot's firmware; None to find it in what the robot says.
         assumed: The firmware to assume until the robot says it; None for :data:`ASSUMED`.
 
-    Attributes:
-        source: How the firmware is known: ``as told``, ``assumed``, ``by its version`` or ``by its greeting``.
-
     Raises:
         ArgumentError: *firmware* or *assumed* is not the name of a firmware.
     """
@@ -36,6 +33,7 @@ class Decoder:
         self._context = Context(profile_named(firmware or assumed or ASSUMED), origin="replay")
         self._answers = AnswerReader(self._context, self._restarted, self._learned)
         self._requests = RequestReader(self._context, self._answers.expect)
+        # how the firmware is known: `as told`, `assumed`, `by its version` or `by its greeting`
         self.source = "as told" if firmware is not None else "assumed" if assumed is None else "by its version"
 
     @property

@@ -35,19 +35,13 @@ _NAMES = {IMAGE: "image", SENSORS: "sensors", EMPTY: "marker"}
 
 
 class WifiDecoder:
-    """Turns the bytes of a Wi-Fi link into lines: one for each command and each packet.
+    """Turns the bytes of a Wi-Fi link into lines: one for each command and each packet."""
 
-    Attributes:
-        firmware: The name of the firmware.
-        source: How the firmware is known.
-        lacks_requests: Whether nothing tells what packets mean; they do so themselves.
-    """
-
-    firmware = EPUCK2_WIFI.name
-    lacks_requests = False
+    firmware = EPUCK2_WIFI.name  # the name of the firmware
+    lacks_requests = False  # whether nothing tells what packets mean; they do so themselves
 
     def __init__(self, source: str = "as told") -> None:
-        self.source = source
+        self.source = source  # how the firmware is known
         self._context = Context(EPUCK2_WIFI, origin="replay")
         self._commands, self._packets = CaptureBuffer("to robot"), CaptureBuffer("to host")
         self._heard: set[Direction] = set()

@@ -25,13 +25,9 @@ from elib.records.et.table import Table
 
 
 class Action(ABC):
-    """Something that et can do with rows.
+    """Something that et can do with rows."""
 
-    Attributes:
-        is_streaming: Results come while the rows are read, not only after the last one.
-    """
-
-    is_streaming: ClassVar[bool] = False
+    is_streaming: ClassVar[bool] = False  # results come while the rows are read, not only after the last one
 
     @abstractmethod
     def run(self, blocks: Iterable[Block], writer: Writer) -> None:

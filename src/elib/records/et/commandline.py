@@ -49,23 +49,18 @@ class Help:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """The request that a command line makes.
+    """The request that a command line makes."""
 
-    Attributes:
-        action: The action, with its arguments.
-        source: Path of the log, or None for standard input.
-        destination: Path of the output, or None for standard output.
-        format: Name of the output's format, if it was given.
-        plot: Path of the picture, if one is wanted.
-    """
-
-    action: Action
+    action: Action  # the action, with its arguments
+    # path of the log, or None for standard input
     source: Annotated[
         str | None, Parameter("-s SOURCE", FileName(), "The log; standard input by default, or if it is -.")
     ] = None
+    # path of the output, or None for standard output
     destination: Annotated[
         str | None, Parameter("-d DEST", FileName(), "Where results go; standard output by default, or if it is -.")
     ] = None
+    # name of the output's format, if it was given
     format: Annotated[
         str | None,
         Parameter(
@@ -74,6 +69,7 @@ class Request:
             "text, csv, json, jsonl or parquet; by default the ending of DEST says it.",
         ),
     ] = None
+    # path of the picture, if one is wanted
     plot: Annotated[
         str | None, Parameter("--plot FILE", FileName(), "Also draw the results: a .png, .svg or .pdf.")
     ] = None

@@ -37,26 +37,19 @@ class RowError(ArgumentError):
 
 
 class Block:
-    """Some lines of a log.
-
-    Attributes:
-        rows: The rows, without line ends; comments and empty lines are left out.
-        name: Name of the source.
-        line: Number of the first line, from 1.
-        count: How many lines there are, with comments and empty lines.
-        size: How many bytes were read.
-        is_whole: Whether its last line has a line end; without one it may have been cut off.
-    """
+    """Some lines of a log."""
 
     def __init__(self, data: bytes, name: str = "stdin", line: int = 1) -> None:
         lines = data.replace(b"\r\n", b"\n").split(b"\n")
         if not lines[-1]:
             lines.pop()
+        # the rows, without line ends; comments and empty lines are left out
         self.rows = [each for each in lines if each and each[0] != 35]  # 35 is "#"
         self.name = name
-        self.line = line
-        self.count = len(lines)
-        self.size = len(data)
+        self.line = line  # number of the first line, from 1
+        self.count = len(lines)  # how many lines there are, with comments and empty lines
+        self.size = len(data)  # how many bytes were read
+        # whether its last line has a line end; without one it may have been cut off
         self.is_whole = data.endswith(b"\n")
         self._lines = lines
 

@@ -51,17 +51,11 @@ WHITE, BLACK, GREY, BLUE = "#ffffff", "#000000", "#a0a0a0", "#2060c0"
 
 
 class Field(NamedTuple):
-    """What is measured of a reading: a field of it, or all its numbers.
+    """What is measured of a reading: a field of it, or all its numbers."""
 
-    Attributes:
-        name: The field; empty for all.
-        scale: How large its unit is in that of the figures.
-        most: How many of its numbers, if not all.
-    """
-
-    name: str = ""
-    scale: float = 1.0
-    most: int | None = None
+    name: str = ""  # the field; empty for all
+    scale: float = 1.0  # how large its unit is in that of the figures
+    most: int | None = None  # how many of its numbers, if not all
 
 
 FIELDS = {

@@ -54,29 +54,17 @@ Opener = Callable[[Url], Awaitable[Transport]]
 
 @dataclass(slots=True)
 class Examination:
-    """One link, and what the checks so far have found out about it.
-
-    Attributes:
-        url: URL of the link.
-        opener: Opens the link.
-        remark: How the link was chosen; empty where the user named it.
-        transport: The open link; None where it is not open.
-        error: Why the link did not open; None where it did.
-        opening_time: Time that opening took, s.
-        exchange: What was received before anything relied on the protocol; None before the check.
-        session: The robot's session once the robot was recognised; None before.
-        round_trip: Median of the round trips, s; 0 where none was measured.
-    """
+    """One link, and what the checks so far have found out about it."""
 
     url: Url
-    opener: Opener
-    remark: str = ""
-    transport: Transport | None = None
-    error: ElibError | None = None
-    opening_time: float = 0.0
-    exchange: Exchange | None = None
-    session: Session | None = None
-    round_trip: float = 0.0
+    opener: Opener  # opens the link
+    remark: str = ""  # how the link was chosen; empty where the user named it
+    transport: Transport | None = None  # the open link; None where it is not open
+    error: ElibError | None = None  # why the link did not open; None where it did
+    opening_time: float = 0.0  # time that opening took, s
+    exchange: Exchange | None = None  # what was received before anything relied on the protocol; None before the check
+    session: Session | None = None  # the robot's session once the robot was recognised; None before
+    round_trip: float = 0.0  # median of the round trips, s; 0 where none was measured
     _was_tried: bool = field(default=False, repr=False)
 
     @property

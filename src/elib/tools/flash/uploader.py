@@ -40,9 +40,6 @@ class Uploader:
         say: Called with sentences for the person who waits.
         on_row: Called with the number of rows that are written and of all rows.
 
-    Attributes:
-        upload: The dialogue with the bootloader; None while the robot has not been reset.
-
     Raises:
         ArgumentError: *number* is out of its range.
     """
@@ -56,7 +53,7 @@ class Uploader:
         say: Callable[[str], None] = lambda text: None,
         on_row: Callable[[int, int], None] = lambda written, rows: None,
     ) -> None:
-        self.upload: Upload | None = None
+        self.upload: Upload | None = None  # the dialogue with the bootloader; None while the robot has not been reset
         self._runs = False  # whether it has said which program it has
         self._transport = transport
         self._rows = image.rows_in_order(number)
