@@ -244,9 +244,6 @@ def judge(goals: Sequence[Goal], trace: Trace, refusal: str = "") -> tuple[GoalR
 def points(goals: Iterable[Goal], held: Mapping[str, int], variants: int) -> float:
     """Return the points of a program: for each goal its points, times the share of variants in which it holds.
 
-    Args:
-        goals: The goals.
-        held: In how many variants each holds, by its name.
-        variants: How many there are.
+    *held* says in how many variants each goal holds, by its name.
     """
     return sum(goal.points * held[goal.name] / variants for goal in goals)

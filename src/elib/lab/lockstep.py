@@ -68,9 +68,6 @@ class LockstepLink:
     Attributes:
         is_over: Whether the marker lets no more time pass.
         was_used: Whether the program has opened a robot.
-
-    Raises:
-        LinkNotFound: There is no marker behind this file descriptor.
     """
 
     def __init__(self, number: int, channel: Channel | None = None) -> None:
@@ -362,11 +359,7 @@ async def open_lockstep(url: Url) -> LockstepTransport:
 
 
 def robots_of(url: Url) -> list[Url]:
-    """Return what opens each robot of the marker's world; the URL itself if it names one, or there is one.
-
-    Raises:
-        LinkNotFound: There is no marker.
-    """
+    """Return what opens each robot of the marker's world; the URL itself if it names one, or there is one."""
     count = len(link_of(int(url.target)).codecs)
     if "robot" in url.keys or count == 1:
         return [url]

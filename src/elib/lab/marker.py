@@ -125,13 +125,7 @@ class _End(MemoryTransport):
 
 
 class Marker:
-    """Serves one program in one variant of a lab, on the running event loop, a simulated one.
-
-    Args:
-        lab: The lab.
-        variant: The variant.
-        send: Sends a frame to the program.
-    """
+    """Serves one program in one variant of a lab, on the running event loop, a simulated one."""
 
     def __init__(self, lab: Lab, variant: Variant, send: Callable[[bytes], object]) -> None:
         assert variant.time is not None

@@ -68,16 +68,7 @@ def mark_all(
     limits: Limits = LIMITS,
     done: Callable[[Mark], object] = lambda mark: None,
 ) -> list[Mark]:
-    """Mark submissions, each in a process of its own, and return the marks in the same order.
-
-    Args:
-        folder: The lab, with its hidden variants.
-        submissions: What is marked.
-        jobs: How many run at once.
-        safe: Whether they run behind walls.
-        limits: What each may use in a variant.
-        done: Is told each mark as soon as it is known.
-    """
+    """Mark submissions, each in a process of its own, and return the marks in the same order."""
     # A process for each job, because a simulation is busy with computing. A fresh one has no threads and no loop.
     context = multiprocessing.get_context("spawn")
     workers = ProcessPoolExecutor(jobs, context, initializer=_end_with_the_marker)

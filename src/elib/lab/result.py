@@ -53,11 +53,7 @@ def result_of(lab: Lab, program: str, runs: Sequence[VariantResult]) -> str:
 
 
 def read_result(path: Path) -> Result:
-    """Read such a file.
-
-    Raises:
-        ArgumentError: It is not one.
-    """
+    """Read such a file."""
     try:
         return msgspec.json.decode(read_file(path, "the result", largest=MAX_SIZE), type=Result)
     except msgspec.MsgspecError as error:

@@ -206,11 +206,7 @@ def start(
 
 
 def check_walls() -> None:
-    """Check that submissions can run behind walls here.
-
-    Raises:
-        Unsupported: bubblewrap is not installed, or the system does not let it work.
-    """
+    """Check that submissions can run behind walls here."""
     unsafe = "with --unsafe they run with your rights: only for programs that you have read"
     if sys.platform != "linux":
         raise Unsupported("submissions can be isolated on Linux only", hint=f"use a virtual machine, or {unsafe}")

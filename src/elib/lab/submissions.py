@@ -39,9 +39,6 @@ def find_submissions(folder: Path) -> list[Submission]:
     """Return the submissions in *folder*: each Python file or result of a check, and each folder with a Python file.
 
     Names that begin with a dot or an underscore are passed over.
-
-    Raises:
-        ArgumentError: *folder* cannot be read, or has no submissions.
     """
     try:
         places = sorted(place for place in folder.iterdir() if place.name[0] not in "._")

@@ -52,10 +52,6 @@ def export(
         format_name: ``csv`` or ``parquet``.
         tables: Which tables; all that have rows if none are given.
         replace: Replace files that exist.
-
-    Raises:
-        ArgumentError: A file exists, several tables were to go into one file, or there are no such tables.
-        ElibError: The disk is full.
     """
     ending = f".{format_name}"
     is_file = target.suffix.lower() == ending

@@ -174,11 +174,7 @@ class Log:
 
 
 def check_names(names: str) -> None:
-    """Check that there is such a vocabulary.
-
-    Raises:
-        ArgumentError: There is no such vocabulary.
-    """
+    """Check that there is such a vocabulary."""
     Choice(get_args(Vocabulary)).require(names, "names")
 
 

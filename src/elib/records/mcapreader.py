@@ -37,13 +37,7 @@ class Health:
 def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iterator[McapRecord]:
     """Yield the records of an MCAP file, also those inside chunks, as far as they are whole.
 
-    Args:
-        path: Path of the file.
-        health: The state of the file is noted here.
-        only_header: Stop at the first chunk.
-
-    Raises:
-        ArgumentError: The file cannot be read, or is not an MCAP file.
+    The state of the file is noted in *health*. With *only_header* it stops at the first chunk.
     """
     from mcap.exceptions import McapError
     from mcap.records import Chunk, Message

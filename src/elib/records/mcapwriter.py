@@ -25,11 +25,7 @@ _pack_message = struct.Struct("<BQHIQQ").pack
 
 
 class McapWriter:
-    """Writes an MCAP file into a stream: chunks of messages, then an index.
-
-    Args:
-        stream: An empty binary file.
-        library: Name of the writing program, for the header.
+    """Writes an MCAP file into an empty stream: chunks of messages, then an index.
 
     Attributes:
         size: Number of bytes that were written.

@@ -265,13 +265,7 @@ def check_new(
     part_seconds: float | None = None,
     keep: int | None = None,
 ) -> None:
-    """Check the arguments of a recording before a robot is opened for it.
-
-    Raises:
-        ArgumentError: The file or a later part of it exists, its name does not end in ``.mcap``, or a number is out of
-            range.
-        Unsupported: The package mcap is not installed.
-    """
+    """Check the arguments of a recording before a robot is opened for it."""
     check_mcap()
     path = Path(path)
     if path.suffix.lower() != ".mcap":

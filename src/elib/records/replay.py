@@ -89,12 +89,7 @@ class Script:
 
 
 class Replay:
-    """One replay of a recording on an event loop, over all its sessions.
-
-    Args:
-        script: The recording.
-        url: URL that was opened, for messages.
-    """
+    """One replay of a recording on an event loop, over all its sessions."""
 
     def __init__(self, script: Script, url: str) -> None:
         self.script = script
@@ -129,12 +124,7 @@ class Replay:
 
 
 class ReplayTransport(BufferedTransport):
-    """The program's end of a link whose other end is a recording.
-
-    Args:
-        replay: The replay that this session is part of.
-        stretch: The session to replay.
-    """
+    """The program's end of a link whose other end is a recording."""
 
     def __init__(self, replay: Replay, stretch: Stretch) -> None:
         super().__init__(replay.url, origin="replay")
@@ -277,14 +267,7 @@ _REPLAYS: weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[str, Replay]
 
 
 def open_recording(url: Url) -> ReplayTransport:
-    """Open a recording as a robot on the running event loop: from the start, or again after a lost link.
-
-    Raises:
-        ArgumentError: The file does not exist, or is not a recording.
-        Unsupported: The package mcap is not installed.
-        LinkBusy: The recording is being replayed on this event loop already.
-        LinkNotFound: The link was down at this time of the recording, or the recording is over.
-    """
+    """Open a recording as a robot on the running event loop: from the start, or again after a lost link."""
     name = str(url)
     replays = _REPLAYS.setdefault(asyncio.get_running_loop(), {})
     replay = replays.get(name)

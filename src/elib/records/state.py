@@ -49,9 +49,6 @@ def state_at(
         recording: The recording.
         seconds: The moment, s since the recording began, from its first message to its last message.
         rate: Returns the speed at which the robot's firmware really turns a wheel for a wanted speed, both in steps/s.
-
-    Raises:
-        ArgumentError: The moment is outside the recording.
     """
     reader = _StateReader(recording, recording.began + seconds, rate)
     first, last = math.inf, -math.inf
@@ -66,17 +63,7 @@ def state_at(
 
 
 def request_again(spec: Spec[Any], numbers: Sequence[int], context: Context) -> Request[Any]:
-    """Return the request of a recorded call.
-
-    Args:
-        spec: Row of the command.
-        numbers: Arguments of the call, as whole numbers of the wire.
-        context: Context of the robot's firmware.
-
-    Raises:
-        ArgumentError: The number of arguments is wrong, or an argument is out of range.
-        Unsupported: This firmware does not have the command.
-    """
+    """Return the request of a recorded call, whose *numbers* are whole ones of the wire."""
     if len(numbers) != len(spec.parameters):
         raise ArgumentError(f"{spec.name} takes {len(spec.parameters)} arguments, not {len(numbers)}")
     scales = [parameter.quantity.scale for parameter in spec.parameters]
@@ -85,11 +72,7 @@ def request_again(spec: Spec[Any], numbers: Sequence[int], context: Context) -> 
 
 
 def done_at(outcome: Entry) -> float | None:
-    """Return when the robot did a command, s; None if it did not do it, as far as is known.
-
-    Args:
-        outcome: The message of ``/outcomes``.
-    """
+    """Return when the robot did a command, s; None if it did not do it, as far as is known."""
     data = outcome.data
     trip = data["round_trip"] or 0.0
     is_lost = not data["ok"] and data["round_trip"] is not None and data["error"].startswith("ReplyTimeout")

@@ -135,13 +135,7 @@ class _Layout:
 
 
 def column_name(reading: str, info: FieldInfo, place: int | None = None) -> str:
-    """Return the name of a number in all tables: ``proximity_front_right``, ``ground_left``, ``accelerometer_g_x``.
-
-    Args:
-        reading: Name of the reading.
-        info: Its field.
-        place: Which number of the field, if it holds several.
-    """
+    """Return the name of a number in all tables: ``proximity_front_right``, ``ground_left``, ``accelerometer_g_x``."""
     if place is None:
         return f"{reading}_{info.name}"
     number = info.names[place] if place < len(info.names) else str(place)
@@ -159,11 +153,7 @@ def _kind_of(hint: object, info: FieldInfo, value: object) -> Kind:
 
 
 class Tabulator:
-    """Makes the rows of tables from the messages of a recording, in order.
-
-    Args:
-        about: The facts about the recording.
-    """
+    """Makes the rows of tables from the messages of a recording, in order."""
 
     def __init__(self, about: Mapping[str, str]) -> None:
         self.columns: dict[str, Columns] = {}  # the columns of each table that has rows

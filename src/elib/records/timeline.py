@@ -29,12 +29,7 @@ class Moment:
 
 
 def timeline(recording: Recording, kinds: Sequence[str] = KINDS) -> Iterator[Moment]:
-    """Yield what happened, in order of the ends of calls.
-
-    Args:
-        recording: The recording.
-        kinds: The kinds of moments to yield, of :data:`KINDS`.
-    """
+    """Yield what happened, in order of the ends of calls."""
     assembler = _Assembler(recording.began)
     topics = (CALLS, OUTCOMES, READINGS, PICTURES, MEASURED, ODOMETRY, NOTES)
     for entry in recording.entries(*(topic.name for topic in topics)):

@@ -60,15 +60,7 @@ class AppendedFile:
 
 
 class LineWriter(Background[str]):
-    """Writes lines to a target until it is closed. Any thread may use it.
-
-    Args:
-        target: Path or stream; a stream stays open at the end.
-
-    Raises:
-        ArgumentError: The target is not a path and takes no text.
-        OSError: The file cannot be opened.
-    """
+    """Writes lines to a target until it is closed; a stream stays open then. Any thread may use it."""
 
     def __init__(self, target: Target) -> None:
         self._own: AppendedFile | None = None
@@ -82,11 +74,7 @@ class LineWriter(Background[str]):
         super().__init__(f"the log {self.target}", self._write, self._free, most=MAX_LINES, many=MANY_LINES)
 
     def check(self) -> None:
-        """Raise the error that the thread met, if any.
-
-        Raises:
-            ElibError: Lines could not be written.
-        """
+        """Raise the error that the thread met, if any."""
         if self.error is not None:
             raise ElibError(
                 f"the log {self.target} could not be written: {self.error}",
@@ -94,11 +82,7 @@ class LineWriter(Background[str]):
             ) from self.error
 
     def close(self) -> None:
-        """Write the lines that are left and close the file. It is safe to call this again.
-
-        Raises:
-            ElibError: Lines could not be written, or not within 2 s.
-        """
+        """Write the lines that are left and close the file. It is safe to call this again."""
         if self.end():
             self.check()
         else:

@@ -23,19 +23,7 @@ MAX_COMMANDS = 12
 def draw_comparison(
     path: str | PathLike[str], found: Comparison, labels: Sequence[str], floor: Snapshot | None
 ) -> None:
-    """Write the page.
-
-    Args:
-        path: Of a file that ends in ``.png``, ``.svg`` or ``.pdf``; an existing one is replaced.
-        found: What is compared.
-        labels: What both are called.
-        floor: Where they drove, without robots; None where there is no map.
-
-    Raises:
-        ArgumentError: The name ends otherwise.
-        Unsupported: Matplotlib is not installed.
-        ElibError: The disk is full.
-    """
+    """Write the page, with the *floor* on which both drove, without robots, if there is a map."""
     check_report(path)
     from matplotlib.figure import Figure
 

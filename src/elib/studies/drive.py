@@ -79,10 +79,6 @@ def length(poses: Sequence[Pose]) -> float:
 class RobotReport:
     """The report of what one robot did, from when this is made until the robot is closed.
 
-    Args:
-        robot: An open robot.
-        began: When the run began, s on the robot's clock; now unless given.
-
     Attributes:
         index: Its index in that world.
         contacts: How often it began to touch something; only known in a world.
@@ -227,19 +223,7 @@ def draw_drive(
     seconds: float,
     states: Sequence[tuple[float, str]] = (),
 ) -> None:
-    """Draw paths, states, and the speeds and readings of the first robot.
-
-    Args:
-        path: Of a file that ends in ``.png``, ``.svg`` or ``.pdf``; an existing one is replaced.
-        title: Above all; time and distance are added.
-        robots: What the robots did. The map shows those in the world of the first.
-        seconds: How long it lasted, s.
-        states: When each state began, s, and its name.
-
-    Raises:
-        ArgumentError: The file cannot be created.
-        ElibError: The file cannot be written.
-    """
+    """Draw paths, states, and the speeds and readings of the first robot, in whose world the others on the map are."""
     floor, trails = floor_of(robots)
     first = robots[:1]
     distance = math.fsum(robot.distance for robot in robots) if robots else math.nan
@@ -259,16 +243,7 @@ def draw_drive(
 
 
 def draw_recording(recording: Recording, path: str | PathLike[str]) -> None:
-    """Draw a recording: the path, and speeds, readings and states over time.
-
-    Args:
-        recording: The recording.
-        path: Of a file that ends in ``.png``, ``.svg`` or ``.pdf``; an existing one is replaced.
-
-    Raises:
-        ArgumentError: The file cannot be created.
-        ElibError: The file cannot be written.
-    """
+    """Draw a recording: the path, and speeds, readings and states over time."""
     moments = sorted(timeline(recording), key=lambda moment: moment.time)
     length = max((moment.time for moment in moments), default=0.0)
     floor, trails = _recorded_floor(recording)
@@ -318,12 +293,7 @@ def floor_of(robots: Sequence[RobotReport]) -> tuple[Snapshot | None, list[list[
 
 
 def floor_around(paths: Sequence[Sequence[Pose]], name: str) -> tuple[Snapshot, list[list[Pose]]]:
-    """Return a free floor around paths in unknown surroundings, with the robots at their ends, and the paths on it.
-
-    Args:
-        paths: The paths.
-        name: Name of the floor.
-    """
+    """Return a free floor around paths in unknown surroundings, with the robots at their ends, and the paths on it."""
     poses = [pose for path in paths for pose in path] or [Pose(0.0, 0.0)]
     left, below = MARGIN - min(pose.x for pose in poses), MARGIN - min(pose.y for pose in poses)
     moved = [[dataclasses.replace(pose, x=pose.x + left, y=pose.y + below) for pose in path] for path in paths]

@@ -190,9 +190,6 @@ def fit_link(recorded: Sequence[float], simulated: Sequence[float], before: Link
         recorded: Round trips in the recording, s.
         simulated: Round trips of the same calls in the simulator, s.
         before: The link of the simulator in that run; None for a link without delay.
-
-    Raises:
-        ArgumentError: There is no call to compare.
     """
     if not len(recorded):
         raise ArgumentError(

@@ -82,9 +82,6 @@ def fit_curve(depths_at: Callable[[float], tuple[Numbers, Numbers]], read: Numbe
             the weights of the rays, as :func:`~elib.studies.rays.depths` does.
         read: Counts by reading and sensor.
         delay: First guess of the age of a reading, s.
-
-    Raises:
-        ArgumentError: There are too few readings of something near.
     """
     depth, _ = depths_at(delay)
     near = int(np.sum((read - np.median(read, axis=0) > NEAR) & (depth.min(axis=-1) < REACH)))

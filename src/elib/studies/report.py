@@ -41,12 +41,7 @@ class Chart:
 
 
 def check_report(path: str | PathLike[str]) -> None:
-    """Check that a report can be written, before anything runs for it.
-
-    Raises:
-        ArgumentError: The name ends in something that is none of the formats.
-        Unsupported: Matplotlib is not installed.
-    """
+    """Check that a report can be written, before anything runs for it."""
     if Path(path).suffix.lower() not in SUFFIXES:
         raise ArgumentError(f"a plot cannot become {fspath(path)!r}; its name must end in {', '.join(SUFFIXES)}")
     if not Path(path).parent.is_dir():
@@ -75,11 +70,6 @@ def draw_report(
         charts: One below the other.
         states: When each state began, s, and its name.
         seconds: When it ended, s.
-
-    Raises:
-        ArgumentError: The name ends otherwise.
-        Unsupported: Matplotlib is not installed.
-        ElibError: The disk is full.
     """
     check_report(path)
     rows = max(1, len(charts))
@@ -116,10 +106,6 @@ def save(figure: Any, path: str | PathLike[str]) -> None:
     """Write a figure of Matplotlib into a file, in the form that its name says.
 
     An SVG has the same bytes on every run: the names of its parts are random without a salt.
-
-    Raises:
-        ArgumentError: The file cannot be written.
-        ElibError: The disk is full.
     """
     from matplotlib import rc_context
 

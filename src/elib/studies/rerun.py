@@ -74,11 +74,6 @@ def rerun(
         profile: Profile of the virtual robot; a nominal robot unless given.
         world: World in which it drives; the recorded world unless given.
         seed: Seed of all noise; another seed than the recorded one unless given.
-
-    Raises:
-        ArgumentError: There is no world, or the robot has no room at its recorded place.
-        LinkNotFound: The world does not exist.
-        SimulationError: The world file breaks a rule.
     """
     with tempfile.TemporaryDirectory(prefix="elib-") as folder:
         url = _url(recording, Path(folder), profile or RobotProfile(), world, seed)

@@ -88,10 +88,6 @@ def fit_wheels(steps: Series, poses: Series) -> WheelFit:
     Args:
         steps: Step counters without jumps, at the times at which their readings arrived.
         poses: Measured poses; the headings have no jumps of a whole turn.
-
-    Raises:
-        ArgumentError: The drive has too little motion, or too much of it does not fit any wheels; the message says what
-            to drive.
     """
     _check_motion(steps, poses)
     pairs = _windows(steps, poses)

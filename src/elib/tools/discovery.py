@@ -112,12 +112,7 @@ async def find(*, timeout: float = TIMEOUT, all_ports: bool = False, network: st
 
 
 async def survey(*, timeout: float = TIMEOUT, all_ports: bool = False, network: str | None = None) -> Survey:
-    """Look for robots as :func:`find` does, and say where the search could not look.
-
-    Raises:
-        ArgumentError: *timeout* is out of its range, or *network* is not a network of this computer.
-        SimulationError: The event loop simulates time.
-    """
+    """Look for robots as :func:`find` does, and say where the search could not look."""
     timeout = check_timeout(timeout)
     addresses = [] if network is None else addresses_of(network)
     listed = await candidates(all_ports=all_ports)
@@ -131,14 +126,7 @@ async def survey(*, timeout: float = TIMEOUT, all_ports: bool = False, network: 
 
 
 def addresses_of(network: str) -> list[str]:
-    """Return the addresses of a network of this computer that others may have.
-
-    Args:
-        network: Such as ``"192.168.1.0/24"``, or ``"local"``.
-
-    Raises:
-        ArgumentError: It is not a network, too large, or this computer has no address in it.
-    """
+    """Return the addresses of a network of this computer that others may have."""
     if network == LOCAL:
         own = _own_address(_FAR_AWAY)
         if own is None:
@@ -186,11 +174,7 @@ async def _ask_address(address: str, timeout: float, places: asyncio.Semaphore) 
 
 
 async def candidates(*, all_ports: bool = False) -> Survey:
-    """List the links that may lead to a robot, and open none.
-
-    Raises:
-        SimulationError: The event loop simulates time.
-    """
+    """List the links that may lead to a robot, and open none."""
     require_real_time("looking for robots")
     return await asyncio.to_thread(_candidates, all_ports)
 

@@ -82,13 +82,7 @@ def nothing_seen(near: Proximity, is_ahead: bool) -> bool:
 
 
 class Driver:
-    """One robot of an agent.
-
-    Args:
-        slot: The robot's place in the panel.
-        limits: The limits of the agent.
-        budget: What is left of its budget; shared with its other robots.
-    """
+    """One robot of an agent."""
 
     def __init__(self, slot: Slot, limits: Limits, budget: Budget) -> None:
         self.slot = slot
@@ -190,14 +184,7 @@ class Driver:
         return Outcome("link", self._moving(), "hold the robot or switch it off", stands=False)
 
     async def motion(self, name: str, motion: Motion, longest: float, sees: Sight = nothing_seen) -> Outcome:
-        """Carry out a motion whose goal was checked before.
-
-        Args:
-            name: The call, as text.
-            motion: Moves the robot that it gets.
-            longest: s that the motion may take.
-            sees: Return whether an obstacle is in the way.
-        """
+        """Carry out a motion whose goal was checked before."""
         self.check_free()
         robot = self.slot.robot
         guard = Guard(robot.session, self.limits, lambda: self.pose, margin=0.0)
@@ -215,11 +202,7 @@ class Driver:
         return await self._act(name, guard, action, interlock.end, longest, sees)
 
     async def behaviour(self, name: str, seconds: float, options: Mapping[str, object]) -> Outcome:
-        """Run a behaviour for so many seconds, or until it ends.
-
-        Raises:
-            ArgumentError: There is no such behaviour or option, or it cannot run here.
-        """
+        """Run a behaviour for so many seconds, or until it ends."""
         self.check_free()
         runner = self.slot.runner
         guard = Guard(self.slot.robot.session, self.limits, lambda: self.pose, margin=REACTION)
@@ -249,16 +232,7 @@ class Driver:
         longest: float,
         sees: Sight,
     ) -> Outcome:
-        """Watch an action to its end, and see that the robot stands then.
-
-        Args:
-            name: The call, as text.
-            guard: Its guard.
-            action: Moves the robot.
-            halt: Lets no command of it reach the robot any more.
-            longest: s that it may take.
-            sees: Return whether an obstacle is in the way.
-        """
+        """Watch an action to its end, and see that the robot stands then."""
         self.busy, self.mover = name, asyncio.current_task()
         self._end = end = self._loop.create_future()
         began, before = self._loop.time(), self._travelled()

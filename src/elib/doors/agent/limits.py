@@ -52,11 +52,7 @@ def fastest_within(speed: float) -> int:
 
 
 class Budget:
-    """What is left of an agent's calls and seconds of driving; all its robots share it.
-
-    Args:
-        limits: The limits of the agent.
-    """
+    """What is left of an agent's calls and seconds of driving; all its robots share it."""
 
     def __init__(self, limits: Limits) -> None:
         self.calls = limits.calls  # calls that are left

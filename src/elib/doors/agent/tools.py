@@ -59,17 +59,12 @@ Function: TypeAlias = Callable[..., Awaitable[CallToolResult]]
 
 
 class Tools:
-    """The tools of one agent on the robots of a panel.
-
-    Args:
-        panel: Holds the robots; those that are added later are a person's, and not the agent's.
-        limits: What the agent may do.
-    """
+    """The tools of one agent on the robots of a panel."""
 
     def __init__(self, panel: Panel, limits: Limits) -> None:
         self.limits = limits
         self.budget = Budget(limits)  # what is left
-        # the agent's robots by key
+        # the agent's robots by key: those that are added later are a person's
         self.drivers = {key: Driver(slot, limits, self.budget) for key, slot in panel.slots.items()}
         self.tools: dict[str, Tool] = {}  # the tools by name, as the SDK describes them
         self._free: set[str] = set()
@@ -87,15 +82,7 @@ class Tools:
         is_idempotent: bool = False,
         is_free: bool = False,
     ) -> Callable[[Function], Function]:
-        """Return what makes a tool of a function.
-
-        Args:
-            title: The title of the tool for people.
-            more: What follows its docstring in the description.
-            is_reading: Whether it changes nothing.
-            is_idempotent: Whether a second call after it changes nothing.
-            is_free: Whether its calls are not counted.
-        """
+        """Return what makes a tool of a function."""
 
         def offer(function: Function) -> Function:
             hints = ToolAnnotations(

@@ -45,11 +45,7 @@ class Steering(msgspec.Struct, forbid_unknown_fields=True):
     angular: Vector | float | None = None
 
     def wheels(self) -> tuple[float, float]:
-        """Return the speeds of the left and the right wheel, m/s.
-
-        Raises:
-            ArgumentError: The message has neither both wheels nor a Twist, or a number is not finite.
-        """
+        """Return the speeds of the left and the right wheel, m/s."""
         if self.left is not None and self.right is not None and self.linear is None and self.angular is None:
             speeds = self.left, self.right
         elif self.linear is not None and self.angular is not None and self.left is None and self.right is None:
@@ -93,9 +89,7 @@ class Leds(msgspec.Struct, forbid_unknown_fields=True):
 class Commands:
     """Carries out what clients publish for one robot, behind its drive lock.
 
-    Args:
-        slot: The robot.
-        complain: Called with why a message was refused, and with an empty text when one was carried out.
+    It tells *complain* why a message was refused, and an empty text when one was carried out.
     """
 
     def __init__(self, slot: Slot, complain: Callable[[str], object]) -> None:

@@ -62,12 +62,7 @@ OF_RECORDINGS = OF_EVERY_ROBOT | {
 
 
 class Parameters:
-    """The parameters of one robot.
-
-    Args:
-        slot: The robot.
-        prefix: Stands before their names.
-    """
+    """The parameters of one robot."""
 
     def __init__(self, slot: Slot, prefix: str) -> None:
         self._slot = slot
@@ -80,11 +75,7 @@ class Parameters:
         return {name: setting.read(self._slot) for name, setting in self._settings.items()}
 
     def change(self, name: str, value: Value) -> None:
-        """Set one of them.
-
-        Raises:
-            ElibError: It is not one of this robot, it can only be read, or the value is wrong.
-        """
+        """Set one of them."""
         setting = self._settings[name]
         if setting.change is None:
             raise ArgumentError("it can only be read")

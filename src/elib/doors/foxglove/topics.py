@@ -42,13 +42,7 @@ _BY_NAME = {topic.name: topic for topic in TOPICS}
 
 
 class Topics:
-    """Publishes what happens to one robot, in the panel's event loop.
-
-    Args:
-        slot: The robot.
-        prefix: Stands before the names of its topics and frames; empty if there is no other robot.
-        context: The SDK's context.
-    """
+    """Publishes what happens to one robot, in the panel's event loop."""
 
     def __init__(self, slot: Slot, prefix: str, context: Context) -> None:
         self._slot, self._prefix, self._context = slot, prefix, context

@@ -33,14 +33,7 @@ ORIGIN = re.compile(r"https?://(\[[0-9a-f:.]+\]|[a-z0-9._-]+)(:[0-9]{1,5})?", re
 
 
 class ProgramDoor:
-    """The address for programs.
-
-    Args:
-        origins: Sites whose pages may connect, such as ``https://example.org``; ``null`` for pages from files.
-
-    Raises:
-        ArgumentError: An origin is not one.
-    """
+    """The address for programs."""
 
     def __init__(self, origins: Sequence[str] = ()) -> None:
         self.path = PATH  # the path of its address
@@ -111,13 +104,6 @@ async def serve(
     on_ready: Callable[[str, str], object] = print,
 ) -> None:
     """Serve robots to programs, and the panel's page to a person, until Ctrl-C, SIGTERM or SIGHUP; then stop them.
-
-    Args:
-        address: A bound port.
-        urls: URLs of the robots.
-        token: What programs and browsers must show; None asks for nothing.
-        origins: Sites whose pages may connect.
-        on_ready: Called with the address for programs and the one of the page, when all robots are connected.
 
     Raises:
         ArgumentError: A URL is wrong.

@@ -24,9 +24,6 @@ class Decoder:
     Args:
         firmware: The name of the robot's firmware; None to find it in what the robot says.
         assumed: The firmware to assume until the robot says it; None for :data:`ASSUMED`.
-
-    Raises:
-        ArgumentError: *firmware* or *assumed* is not the name of a firmware.
     """
 
     def __init__(self, firmware: str | None = None, *, assumed: str | None = None) -> None:

@@ -62,12 +62,7 @@ class ExpectedAnswer:
 
 
 class RequestReader:
-    """Cuts the host's bytes into requests.
-
-    Args:
-        context: What is known of the robot; its profile says what the bytes mean.
-        expect: Called with the answer to expect when a request is complete.
-    """
+    """Cuts the host's bytes into requests."""
 
     def __init__(self, context: Context, expect: Callable[[ExpectedAnswer], None]) -> None:
         self._context = context

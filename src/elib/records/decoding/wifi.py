@@ -177,15 +177,7 @@ AnyDecoder = Decoder | WifiDecoder
 
 
 def decoder_of(firmware: str | None = None, *, assumed: str | None = None) -> AnyDecoder:
-    """Return the decoder for the links of a firmware.
-
-    Args:
-        firmware: The name of the robot's firmware; None to find it in what the robot says.
-        assumed: The firmware to assume until the robot says it; None for :data:`~elib.records.decoding.ASSUMED`.
-
-    Raises:
-        ArgumentError: *firmware* or *assumed* is not the name of a firmware.
-    """
+    """Return the decoder for the links of a firmware, or of an assumed one; both as :class:`Decoder` takes them."""
     name = firmware or assumed
     if name is not None and profile_named(name).codec == "wifi":
         return WifiDecoder("as told" if firmware else "assumed")

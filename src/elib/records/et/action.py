@@ -31,11 +31,7 @@ class Action(ABC):
 
     @abstractmethod
     def run(self, blocks: Iterable[Block], writer: Writer) -> None:
-        """Read all rows and write the results.
-
-        Raises:
-            RowError: A row is not what the action needs.
-        """
+        """Read all rows and write the results."""
 
     @property
     def notes(self) -> list[str]:

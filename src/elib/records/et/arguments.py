@@ -106,14 +106,7 @@ def arguments_of(kind: type) -> list[Parameter]:
 def values_of(kind: type, options: Mapping[str, str], words: Sequence[str] = (), *, name: str = "") -> dict[str, Any]:
     """Return the values of a dataclass's fields, by name; those that were not given are left out.
 
-    Args:
-        kind: The class.
-        options: Arguments by name; those of other classes may be among them.
-        words: Arguments by place.
-        name: Name of the action whose arguments they are, for messages; empty for those of et itself.
-
-    Raises:
-        ArgumentError: An argument is missing or wrong, or there is one too many.
+    Options of other classes may be among the *options*. The *name* of the action is for messages.
     """
     left = list(words)
     values: dict[str, Any] = {}

@@ -76,11 +76,7 @@ class Request:
 
 
 def parse(tokens: Sequence[str]) -> Request | Help:
-    """Parse a command line; of an option that is repeated the last one holds.
-
-    Raises:
-        ArgumentError: The command line is wrong.
-    """
+    """Parse a command line; of an option that is repeated the last one holds."""
     words, options = _split(tokens)
     kind = _action(words[0]) if words else None
     if "-h" in options or not tokens:

@@ -42,11 +42,7 @@ class Pairing:
     _last: dict[bytes, float] = field(default_factory=dict)
 
     def pairs(self, block: Block) -> Iterator[Pair]:
-        """Yield the pairs whose outcome is in *block*.
-
-        Raises:
-            RowError: A row does not belong to a log.
-        """
+        """Yield the pairs whose outcome is in *block*."""
         times = block.numbers(0).tolist()
         last, unended = self._last, self._open
         for place, (row, now) in enumerate(zip(block.rows, times, strict=True)):

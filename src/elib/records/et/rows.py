@@ -54,11 +54,7 @@ class Block:
         self._lines = lines
 
     def words(self, column: int) -> list[bytes]:
-        """Return the words of a column; a negative one counts from the end of the row.
-
-        Raises:
-            RowError: A row does not have this column.
-        """
+        """Return the words of a column; a negative one counts from the end of the row."""
         try:
             if column < 0:
                 return [row.rsplit(b" ", -column)[column] for row in self.rows]
@@ -69,11 +65,7 @@ class Block:
             raise self.error(place, _short(self.rows[place], column)) from None
 
     def numbers(self, column: int) -> NDArray[np.float64]:
-        """Return the numbers of a column. A decimal comma, which logs of 2011 have in some countries, means a point.
-
-        Raises:
-            RowError: A row does not have this column, or it does not hold a finite number.
-        """
+        """Return the numbers of a column. A decimal comma, which logs of 2011 have in some countries, means a point."""
         words = self.words(column)
         joined = b" ".join(words)
         if b"," in joined:
@@ -99,10 +91,6 @@ def blocks_of(read: Callable[[int], bytes | None], name: str = "stdin") -> Itera
     Args:
         read: Function that returns the bytes that are there, at most so many; an empty result is the end.
         name: Name of the source, for messages.
-
-    Raises:
-        RowError: A line is longer than 16 MiB.
-        OSError: The source cannot be read.
     """
     line = 1
     rest: list[bytes] = []

@@ -136,9 +136,6 @@ def realism(
         seed: By which seed; the same seed gives the same figures.
         recording: One robot that stands beside them, as ``elib record --reality`` recorded it.
         progress: Called with what is being done.
-
-    Raises:
-        ArgumentError: There is no such quality, a number is out of its range, or the recording is another one.
     """
     EpuckModel(quality=quality)
     Whole(1, MAX_ROBOTS).require(robots, "robots")

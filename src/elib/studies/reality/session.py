@@ -127,14 +127,7 @@ async def reality(robot: Epuck, run: RunContext) -> None:
 
 
 class Recorded(Bench):
-    """The robot of a recording by ``elib record --reality``, which no hand can put elsewhere.
-
-    Args:
-        recording: The recording.
-
-    Raises:
-        ArgumentError: It was made otherwise.
-    """
+    """The robot of a recording by ``elib record --reality``, which no hand can put elsewhere."""
 
     def __init__(self, recording: Recording) -> None:
         super().__init__()

@@ -58,10 +58,6 @@ async def diagnose(
 
     Returns:
         All steps; those that make no sense after one that failed are skipped.
-
-    Raises:
-        ArgumentError: *url* is not a URL.
-        SimulationError: *url* is None, and the event loop simulates time.
     """
     tell = on_step or (lambda step: None)
     if url is None:

@@ -97,12 +97,7 @@ class Image:
 
 
 def read_image(path: str | Path) -> Image:
-    """Read a program from an Intel HEX file.
-
-    Raises:
-        ArgumentError: The file cannot be read, is damaged, or does not hold a program for the e-puck1.
-        Unsupported: The package intelhex is not installed.
-    """
+    """Read a program from an Intel HEX file."""
     name = Path(path).name
     content = read_file(path, "the program", largest=MAX_FILE)
     if not content.strip():

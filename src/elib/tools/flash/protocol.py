@@ -66,10 +66,6 @@ class Phase(Enum):
 class Upload:
     """An upload: call :meth:`send` when :attr:`due` has come, and :meth:`receive` with what arrives.
 
-    Args:
-        rows: The rows in the order in which they are sent.
-        time: Now, s.
-
     Attributes:
         has_begun: Whether a packet was sent, so that the robot may have lost its program.
         is_parked: Whether the robot is sure to wait in its bootloader for the next upload.

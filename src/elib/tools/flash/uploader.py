@@ -31,18 +31,7 @@ BUTTON_TIME = 1.5
 
 
 class Uploader:
-    """Writes one program into the robot at the other end of a transport.
-
-    Args:
-        transport: An open transport that nothing was read from.
-        image: The program.
-        number: The robot's number, 0..65535.
-        say: Called with sentences for the person who waits.
-        on_row: Called with the number of rows that are written and of all rows.
-
-    Raises:
-        ArgumentError: *number* is out of its range.
-    """
+    """Writes one program into the robot at the other end of a transport."""
 
     def __init__(
         self,

@@ -118,10 +118,7 @@ def draw(program: MachineText, places: Places | None = None) -> str:
     """Return the picture of a program's machine as an SVG document.
 
     The elements carry what they show as ``data-state`` and ``data-arrow``, and classes, so that a page can light them.
-
-    Args:
-        program: The program.
-        places: Where a hand has put the middle of a state; the others are placed.
+    *places* are as for :func:`layout`.
     """
     boxes = layout(program, places)
     tip = element("path", d="M0,0 L9,4 L0,8 Z", fill="context-stroke")

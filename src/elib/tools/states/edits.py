@@ -257,11 +257,7 @@ def remove_item(program: MachineText, state: Text, item: int) -> list[Splice]:
 
 
 def edited(program: MachineText, splices: list[Splice]) -> MachineText:
-    """Return the program after an edit.
-
-    Raises:
-        ArgumentError: It would not be Python.
-    """
+    """Return the program after an edit."""
     raw = program.raw
     for each in sorted(splices, key=lambda each: (each.begin, each.end), reverse=True):
         raw = raw[: each.begin] + each.text.encode() + raw[each.end :]

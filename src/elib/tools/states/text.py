@@ -65,14 +65,7 @@ class StateText:
 
 
 class MachineText:
-    """A program with a state machine: the last call of ``elib.states`` in it.
-
-    Args:
-        text: The program.
-
-    Raises:
-        ArgumentError: It is not Python, or has no machine.
-    """
+    """A program with a state machine: the last call of ``elib.states`` in it."""
 
     def __init__(self, text: str) -> None:
         self.raw = text.encode()  # the text as bytes; positions count them
