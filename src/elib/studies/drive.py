@@ -12,18 +12,7 @@ from typing import Self
 from elib.base.body import STEPS_PER_REVOLUTION
 from elib.base.pose import advanced, apart
 from elib.base.timebase import running_loop
-from elib.link.protocol.values import (
-    READING_TYPES,
-    AmbientLight,
-    Ground,
-    Microphones,
-    Proximity,
-    Role,
-    Steps,
-    describe,
-    in_words,
-    reading_name,
-)
+from elib.link.protocol import values as v
 from elib.link.session import Ended, TraceEvent
 from elib.records.reader import Recording
 from elib.records.timeline import timeline
@@ -46,13 +35,13 @@ BETWEEN = 0.1
 MAX_PARTS = 1000
 """Points into which one stretch of a path without a world is divided at most."""
 
-Sensed = Proximity | AmbientLight | Ground | Microphones
+Sensed = v.Proximity | v.AmbientLight | v.Ground | v.Microphones
 SENSES: dict[str, tuple[str, tuple[str, ...]]] = {
     name: (
-        f"{in_words(name)}, counts",
-        tuple(in_words(each) for info in describe(kind, Role.NUMBER) for each in info.names or (info.name,)),
+        f"{v.in_words(name)}, counts",
+        tuple(v.in_words(each) for info in v.describe(kind, v.Role.NUMBER) for each in info.names or (info.name,)),
     )
-    for name, kind in READING_TYPES.items()
+    for name, kind in v.READING_TYPES.items()
     if issubclass(kind, Sensed)
 }
 """The readings that a plot shows, by name: its title for them, and the names of their numbers."""
@@ -145,14 +134,14 @@ class RobotReport:
         if not isinstance(event, Ended) or event.error is not None:
             return
         if isinstance(event.value, Sensed):
-            numbers = self.readings.setdefault(reading_name(type(event.value)), [])
+            numbers = self.readings.setdefault(v.reading_name(type(event.value)), [])
             numbers.append((time - self._began, tuple(event.value)))
         steps = (0, 0) if event.request.name == "stop" else event.request.numbers
         if event.request.name in ("set_speed", "stop") and len(steps) == 2:
             self._add_poses(time)
             left, right = steps
             self.speeds.append((time - self._began, (left / STEPS_PER_REVOLUTION, right / STEPS_PER_REVOLUTION)))
-        elif time - self._last >= BETWEEN or isinstance(event.value, Steps):
+        elif time - self._last >= BETWEEN or isinstance(event.value, v.Steps):
             self._add_poses(time)
 
     def _add_poses(self, time: float) -> None:
