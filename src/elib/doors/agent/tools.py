@@ -210,8 +210,8 @@ class Tools:
         if slot.error is not None and not slot.is_connected:
             data["message"] = slot.error.message
         text = (
-            f"Robot {key} is {slot.phase.value} at {results.place_of(driver)}; {'it stands' if stands else 'it moves'}. "
-            f"{who} drives. Fence: {ahead:.2f} m ahead, {behind:.2f} m behind. Left: {self.budget.calls} calls, "
+            f"Robot {key} is {slot.phase.value} at {results.place_of(driver)}; {'it stands' if stands else 'it moves'}."
+            f" {who} drives. Fence: {ahead:.2f} m ahead, {behind:.2f} m behind. Left: {self.budget.calls} calls, "
             f"{self.budget.seconds:.0f} s of driving."
         )
         if driver.is_latched:
