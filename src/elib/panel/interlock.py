@@ -48,14 +48,11 @@ class Interlock(ForwardingChannel):
     Args:
         channel: The panel's own channel.
         drive: The drive lock, which is told when the behaviour moves the wheels.
-
-    Attributes:
-        passage: What passes.
     """
 
     def __init__(self, channel: Channel, drive: DriveLock) -> None:
         self.hooks = Hooks()
-        self.passage = Passage.OPEN
+        self.passage = Passage.OPEN  # what passes
         self._session = channel
         self._drive = drive
         self._speed: Request[Any] | None = None

@@ -12,9 +12,8 @@ import logging
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, TypeVar
 
-from elib.base.errors import ElibError
 from elib.base.timebase import host
 
 Item = TypeVar("Item")
@@ -25,14 +24,6 @@ CLOSING_TIME = 2.0
 """s of real time for which closing waits until the last items are delivered."""
 
 log = logging.getLogger("elib")
-
-
-class Hints(NamedTuple):
-    """What a person may do where the items cannot be delivered, where that takes long, and after the end."""
-
-    failed: str
-    late: str
-    closed: str
 
 
 class Background(Generic[Item]):
@@ -47,8 +38,6 @@ class Background(Generic[Item]):
         most: Number of items that may wait; more are dropped and counted.
         many: Number of items that are delivered at once, without gathering more.
         gathered: s of real time for which items are gathered.
-        items: The word for them.
-        hints: What a person may do.
     """
 
     def __init__(
@@ -60,14 +49,11 @@ class Background(Generic[Item]):
         most: int,
         many: int,
         gathered: float = GATHERED,
-        items: str,
-        hints: Hints,
     ) -> None:
         self.name = name  # the name of what is written
         self.error: BaseException | None = None  # the first error, or None; nothing is delivered after it
         self._deliver, self._finish = deliver, finish
         self._most, self._many, self._gathered = most, many, gathered
-        self._word, self._hints = items, hints
         self._items: deque[Item] = deque()
         self._dropped = 0
         self._takes = True
@@ -122,23 +108,6 @@ class Background(Generic[Item]):
             return True
         self._thread.join(timeout)
         return not self._thread.is_alive()
-
-    def close(self) -> None:
-        """Deliver the items that are left; an ElibError says that they could not be delivered. Safe to repeat."""
-        if not self.end():
-            late = f"{self.name} did not take its last {self._word} within {CLOSING_TIME:g} s"
-            raise ElibError(late, hint=self._hints.late)
-        self._check()
-
-    def check_open(self) -> None:
-        """Check that more items can be delivered."""
-        self._check()
-        if self.is_closed:
-            raise ElibError(f"{self.name} is closed", hint=self._hints.closed)
-
-    def _check(self) -> None:
-        if self.error is not None:
-            raise ElibError(f"{self.name} could not be written: {self.error}", hint=self._hints.failed) from self.error
 
     # -- the thread --
 

@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import Literal, Self, get_args
 from urllib.parse import quote
 
+from elib.base.errors import ElibError
 from elib.base.rules import Choice
 from elib.link import session
 from elib.link.session import Robot
@@ -85,7 +86,7 @@ class Log:
         Raises:
             ElibError: The log or its robot was closed, or the log could not be written.
         """
-        self._writer.check_open()
+        self._check_open()
         self._is_running = True
 
     def stop(self) -> None:
@@ -99,7 +100,7 @@ class Log:
         Raises:
             ElibError: The log or its robot was closed, or the log could not be written.
         """
-        self._writer.check_open()
+        self._check_open()
         self._remark(text)
 
     def close(self) -> None:
@@ -125,6 +126,14 @@ class Log:
     def __repr__(self) -> str:
         state = "closed" if self.is_closed else "running" if self._is_running else "stopped"
         return f"<{type(self).__name__} {self.target} {state}>"
+
+    def _check_open(self) -> None:
+        self._writer.check()
+        if self._writer.is_closed:
+            raise ElibError(
+                f"the log {self.target} is closed",
+                hint="robot.log(...) makes another one; a log ends with its robot",
+            )
 
     def _leave(self) -> None:
         self._is_running = False

@@ -12,11 +12,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Protocol, Self, runtime_checkable
 
-from elib.base.errors import ArgumentError
+from elib.base.errors import ArgumentError, ElibError
 from elib.base.pose import Pose
 from elib.base.rules import Number, Whole
 from elib.link.session import Ended, Ending, Noted, Pushed, Reconnected, Robot, SessionOpened, TraceEvent
-from elib.records.background import Background, Hints
+from elib.records.background import CLOSING_TIME, Background
 from elib.records.mcapfile import Parts, check_mcap, exists, versions
 from elib.records.messages import Event, Located, Observed
 from elib.records.topics import FORMAT
@@ -32,11 +32,6 @@ GATHERED = 0.3
 processor, they are in the file within a second."""
 PART_BYTES, PART_SECONDS, KEEP = Number(10_000, unit="bytes"), Number(1, unit="s"), Whole(2)
 """Rules for the parts of a recording. A part of less would hold little more than its own header."""
-HINTS = Hints(
-    "is there room on the disk? what is in it can be read: elib record repair FILE",
-    "what is in it can be read: elib record repair FILE",
-    "robot.record(...) begins another one; a recording ends with its robot",
-)
 OBSERVING_PERIOD = 0.1
 """s of robot time between two recorded states of a simulated world."""
 CHECKING_PERIOD = 1.0
@@ -163,8 +158,6 @@ class Recorder:
             most=MAX_EVENTS,
             many=MANY_EVENTS,
             gathered=GATHERED,
-            items="events",
-            hints=HINTS,
         )
         self._put = self._work.put
         self._tap = Tap(robot, self._put, began, self._end)
@@ -199,7 +192,7 @@ class Recorder:
         Raises:
             ElibError: The recording is closed or cannot be written.
         """
-        self._work.check_open()
+        self._check_open()
         self._put((self._robot.time, Noted(text, kind)))
 
     def measured(self, x: float, y: float, heading: float) -> None:
@@ -214,7 +207,7 @@ class Recorder:
             ArgumentError: A number is not finite.
             ElibError: The recording is closed or cannot be written.
         """
-        self._work.check_open()
+        self._check_open()
         now = self._robot.time
         self._put((now, Located(Pose(x, y, heading, time=now), is_measured=True)))
 
@@ -225,7 +218,12 @@ class Recorder:
             ElibError: The recording could not be written.
         """
         self._tap.leave()
-        self._work.close()
+        if not self._work.end():
+            raise ElibError(
+                f"the recording {self.path} did not take its last events within {CLOSING_TIME:g} s",
+                hint="what is in it can be read: elib record repair FILE",
+            )
+        self._check()
 
     def __enter__(self) -> Self:
         return self
@@ -242,6 +240,22 @@ class Recorder:
         """End with the robot."""
         self._tap.leave()
         self._work.end(ROBOT_CLOSING_TIME)
+
+    def _check_open(self) -> None:
+        self._check()
+        if self._work.is_closed:
+            raise ElibError(
+                f"the recording {self.path} is closed",
+                hint="robot.record(...) begins another one; a recording ends with its robot",
+            )
+
+    def _check(self) -> None:
+        error = self._work.error
+        if error is not None:
+            raise ElibError(
+                f"the recording {self.path} could not be written: {error}",
+                hint="is there room on the disk? what is in it can be read: elib record repair FILE",
+            ) from error
 
 
 def check_new(

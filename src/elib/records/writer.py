@@ -7,19 +7,13 @@ import threading
 import weakref
 from typing import Protocol
 
-from elib.base.errors import ArgumentError
-from elib.records.background import Background, Hints
+from elib.base.errors import ArgumentError, ElibError
+from elib.records.background import CLOSING_TIME, Background
 
 MAX_LINES = 100_000
 """Number of lines that may wait for a slow target, some 6 MB; more are lost, and the log says how many."""
 MANY_LINES = 10_000
 """Number of lines that are written at once, without gathering more."""
-
-HINTS = Hints(
-    "its later lines are lost; is there room on the disk, and is the stream still open?",
-    "does anybody read the pipe it goes to?",
-    "robot.log(...) makes another one; a log ends with its robot",
-)
 
 
 class TextStream(Protocol):
@@ -77,8 +71,25 @@ class LineWriter(Background[str]):
         else:
             self._stream = _checked(target)
             self.target = str(getattr(target, "name", type(target).__name__))
-        name = f"the log {self.target}"
-        super().__init__(name, self._write, self._free, most=MAX_LINES, many=MANY_LINES, items="lines", hints=HINTS)
+        super().__init__(f"the log {self.target}", self._write, self._free, most=MAX_LINES, many=MANY_LINES)
+
+    def check(self) -> None:
+        """Raise the error that the thread met, if any."""
+        if self.error is not None:
+            raise ElibError(
+                f"the log {self.target} could not be written: {self.error}",
+                hint="its later lines are lost; is there room on the disk, and is the stream still open?",
+            ) from self.error
+
+    def close(self) -> None:
+        """Write the lines that are left and close the file. It is safe to call this again."""
+        if self.end():
+            self.check()
+        else:
+            raise ElibError(
+                f"the log {self.target} did not take its last lines within {CLOSING_TIME:g} s",
+                hint="does anybody read the pipe it goes to?",
+            )
 
     # -- in the thread --
 

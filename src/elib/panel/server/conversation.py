@@ -61,11 +61,7 @@ Text = Annotated[str, Meta(description="What happened.")]
 
 
 class Message(Struct, tag_field="do", forbid_unknown_fields=True, kw_only=True):
-    """What a caller says: a class for each message, with its fields.
-
-    Attributes:
-        id: Number that the answer repeats; 0 asks for no answer.
-    """
+    """What a caller says: a class for each message, with its fields."""
 
     is_greeting: ClassVar[bool] = False
     """Whether it may be said before the token was shown."""
@@ -76,7 +72,7 @@ class Message(Struct, tag_field="do", forbid_unknown_fields=True, kw_only=True):
     answers: ClassVar[object] = None
     """The type of the result."""
 
-    id: Number = 0
+    id: Number = 0  # number that the answer repeats; 0 asks for no answer
 
     def carry_out(self, caller: Any) -> Result:
         """Do it for *caller*, and return the result, or an awaitable of it; an ElibError says why it cannot be done."""
@@ -242,8 +238,6 @@ class Caller:
 
     Attributes:
         connection: What carries messages to it.
-        key: Its name at the drive locks. A caller acts under this name alone: no message has one.
-        is_let_in: Whether it has shown the token, if there is one.
     """
 
     kind: ClassVar[str]
@@ -259,8 +253,9 @@ class Caller:
     def __init__(self, panel: Panel, decode: Decode, connection: Connection) -> None:
         self.panel = panel
         self._met: set[Slot] = set()
+        # its name at the drive locks. A caller acts under this name alone: no message has one.
         self.key = f"{self.kind}-{secrets.token_hex(8)}"
-        self.is_let_in = True
+        self.is_let_in = True  # whether it has shown the token, if there is one
         self.connection, self._decode = connection, decode
         self._loop = asyncio.get_running_loop()
         self._requests = Tasks()

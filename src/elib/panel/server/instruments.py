@@ -40,41 +40,26 @@ PhaseName = Annotated[str, Meta(extra_json_schema={"enum": [each.name.lower() fo
 
 
 class CameraLimits(Struct):
-    """What pictures a camera can take, and how long one holds the line.
+    """What pictures a camera can take, and how long one holds the line."""
 
-    Attributes:
-        zooms: The zoom factors that work; None if every factor works whose window fits.
-        bytes: The most bytes of pixels: a grey one has one, a coloured one two.
-        capture: s until the first byte.
-        byte: s for each byte.
-    """
-
-    zooms: tuple[int, ...] | None
-    bytes: int
-    capture: float = lifecycle.CAPTURE_TIME
-    byte: float = lifecycle.BITS_PER_BYTE / BAUD
+    zooms: tuple[int, ...] | None  # the zoom factors that work; None if every factor works whose window fits
+    bytes: int  # the most bytes of pixels: a grey one has one, a coloured one two
+    capture: float = lifecycle.CAPTURE_TIME  # s until the first byte
+    byte: float = lifecycle.BITS_PER_BYTE / BAUD  # s for each byte
 
 
 class Scheme(Struct):
-    """What seldom changes of a robot.
-
-    Attributes:
-        fastest: rev/s of its fastest wheel.
-        circumference: m that a wheel rolls in one turn.
-        camera: What can be set of the camera; None for nothing.
-        coloured: The LEDs whose colour can be set.
-        sounds: What sounds 1, 2 and so on are called.
-        talks_at: Where the selector must stand when the robot starts, and what it then talks through.
-    """
+    """What seldom changes of a robot."""
 
     scheme: int
     firmware: str
-    fastest: float
-    circumference: float
+    fastest: float  # rev/s of its fastest wheel
+    circumference: float  # m that a wheel rolls in one turn
     instruments: tuple[Instrument, ...]
-    camera: CameraLimits | None = None
-    coloured: list[int] = []
-    sounds: tuple[str, ...] = ()
+    camera: CameraLimits | None = None  # what can be set of the camera; None for nothing
+    coloured: list[int] = []  # the LEDs whose colour can be set
+    sounds: tuple[str, ...] = ()  # what sounds 1, 2 and so on are called
+    # where the selector must stand when the robot starts, and what it then talks through
     talks_at: Mapping[int, str] = {}
 
 
@@ -240,17 +225,11 @@ class Summary(Struct):
 
 @dataclass(slots=True)
 class Cursor:
-    """How much one page has seen; :func:`tick` updates it. A page that shows another robot needs a new one.
+    """How much one page has seen; :func:`tick` updates it. A page that shows another robot needs a new one."""
 
-    Attributes:
-        trail: Points of the trail, of all that there ever were.
-        lines: Lines of the event log, likewise.
-        picture: Time of the picture, s.
-    """
-
-    trail: int = 0
+    trail: int = 0  # points of the trail, of all that there ever were
     lines: int = 0
-    picture: float = math.nan
+    picture: float = math.nan  # time of the picture, s
 
 
 def scheme(slot: Slot) -> Scheme:

@@ -17,17 +17,11 @@ PORT = 8700
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where the page is served.
+    """Where the page is served."""
 
-    Attributes:
-        socket: A socket that listens, so that no other program can have its port.
-        host: The host as it was asked for.
-        is_shared: Whether other computers reach it.
-    """
-
-    socket: socket.socket
-    host: str
-    is_shared: bool
+    socket: socket.socket  # a socket that listens, so that no other program can have its port
+    host: str  # the host as it was asked for
+    is_shared: bool  # whether other computers reach it
 
     @property
     def port(self) -> int:

@@ -29,13 +29,12 @@ class Socket:
         ws: The WebSocket.
 
     Attributes:
-        address: Where the caller is.
         transport: The connection below it.
     """
 
     def __init__(self, request: web.BaseRequest, ws: web.WebSocketResponse) -> None:
         assert isinstance(request.transport, asyncio.Transport)
-        self.address = request.remote or ""
+        self.address = request.remote or ""  # where the caller is
         self.transport, self._ws = request.transport, ws
 
     @property
@@ -88,11 +87,6 @@ class Callers(Generic[C]):
         most: How many there may be.
         full: What one more is told.
         pace: Messages of one of them per second for long, and at once.
-
-    Attributes:
-        open: Those that are connected, by their WebSockets.
-        on_visit: Called when one comes.
-        on_empty: Called when the last one has left.
     """
 
     def __init__(
@@ -102,9 +96,9 @@ class Callers(Generic[C]):
         full: str,
         pace: tuple[float, float],
     ) -> None:
-        self.open: dict[web.WebSocketResponse, C] = {}
-        self.on_visit: Callable[[], object] = lambda: None
-        self.on_empty: Callable[[], object] = lambda: None
+        self.open: dict[web.WebSocketResponse, C] = {}  # those that are connected, by their WebSockets
+        self.on_visit: Callable[[], object] = lambda: None  # called when one comes
+        self.on_empty: Callable[[], object] = lambda: None  # called when the last one has left
         self._make, self._most, self._full, self._pace = make, most, full, pace
         self._sockets: set[web.WebSocketResponse] = set()
 
