@@ -82,7 +82,11 @@ class LockstepLink:
         self._lock = threading.RLock()
         self._received = bytearray()
         try:
-            self._channel = channel or _socket(number)
+            if channel is None:
+                channel = found = socket.socket(fileno=number)
+                found.set_inheritable(False)
+                found.setblocking(True)
+            self._channel = channel
             answer = self.ask(HELLO, bytes((VERSION,)))
         except (OSError, LinkLost) as error:
             raise LinkNotFound(
@@ -158,13 +162,6 @@ class LockstepLink:
             self._channel.close()
         for robot in tuple(self.robots.values()):
             robot.hand_over(why.encode(), 0, is_lost=True)
-
-
-def _socket(number: int) -> socket.socket:
-    found = socket.socket(fileno=number)
-    found.set_inheritable(False)
-    found.setblocking(True)
-    return found
 
 
 class LockstepLoop(SimulatedLoop):

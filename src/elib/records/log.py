@@ -10,7 +10,6 @@
 
 from __future__ import annotations
 
-from types import TracebackType
 from typing import Literal, Self, get_args
 from urllib.parse import quote
 
@@ -118,9 +117,7 @@ class Log:
         self.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def __repr__(self) -> str:

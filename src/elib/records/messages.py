@@ -125,23 +125,11 @@ class Translator:
             Located: self._located,
             LinkStats: self._checked,
             Observed: self._observed,
-            **dict.fromkeys(
-                (
-                    session.Resynced,
-                    session.Greeted,
-                    session.ResetNoticed,
-                    session.Disconnected,
-                    session.Reconnected,
-                    session.Ending,
-                ),
-                self._happened,
-            ),
         }
 
     def messages(self, time: float, event: Event) -> Iterable[Message]:
         """Return the messages that are written for an event."""
-        maker = self._makers.get(type(event))
-        return () if maker is None else maker(time, event)
+        return self._makers.get(type(event), self._happened)(time, event)
 
     def _called(self, time: float, event: session.Called) -> Iterable[Message]:
         request = event.request

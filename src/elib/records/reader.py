@@ -141,7 +141,8 @@ class Recording:
         wanted: dict[int, tuple[str, Decoder[Any]]] = {}
         for record in records_of(path, health):
             if isinstance(record, Channel):
-                if not topics or any(_is_meant(record.topic, topic) for topic in topics):
+                folders = tuple(topic for topic in topics if topic.endswith("/"))
+                if not topics or record.topic in topics or record.topic.startswith(folders):
                     wanted[record.id] = record.topic, decoder_of(record.topic)
             elif isinstance(record, Message) and record.channel_id in wanted:
                 topic, decoder = wanted[record.channel_id]
@@ -291,7 +292,3 @@ def _data_of(content: bytes, decoder: Decoder[Any]) -> dict[str, Any] | None:
     except (msgspec.MsgspecError, KeyError, RecursionError):
         return None
     return cast("dict[str, Any]", data)
-
-
-def _is_meant(topic: str, wanted: str) -> bool:
-    return topic == wanted or (wanted.endswith("/") and topic.startswith(wanted))

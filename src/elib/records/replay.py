@@ -207,7 +207,8 @@ class ReplayTransport(BufferedTransport):
             self._due.append((item.time + self._replay.shift + self._late, item.data))
         if not self._items and self._stretch.lost is not None and self._ending is None:
             when = self._stretch.lost + self._replay.shift + self._late
-            self._ending = self._loop.call_at(when, self._lose_as_recorded)
+            reason = f"{self._stretch.reason} (as recorded in {self._replay.script.name})"
+            self._ending = self._loop.call_at(when, self.lose, reason)
         self._wait()
 
     def _wait(self) -> None:
@@ -222,9 +223,6 @@ class ReplayTransport(BufferedTransport):
             self._wait()
 
     # -- how it ends --
-
-    def _lose_as_recorded(self) -> None:
-        self.lose(f"{self._stretch.reason} (as recorded in {self._replay.script.name})")
 
     def _differ(self, data: bytes) -> None:
         script, request = self._replay.script, self._request

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import weakref
+from collections.abc import Callable
 from typing import Protocol
 
 from elib.base.errors import ArgumentError, ElibError
@@ -63,15 +64,16 @@ class LineWriter(Background[str]):
     """Writes lines to a target until it is closed; a stream stays open then. Any thread may use it."""
 
     def __init__(self, target: Target) -> None:
-        self._own: AppendedFile | None = None
         self._stream: TextStream
+        free: Callable[[], None] = lambda: None  # noqa: E731
         if isinstance(target, str | os.PathLike):
-            self._stream = self._own = AppendedFile(target)
+            self._stream = own = AppendedFile(target)
+            free = own.close
             self.target = os.fspath(target)  # name of the file or stream
         else:
             self._stream = _checked(target)
             self.target = str(getattr(target, "name", type(target).__name__))
-        super().__init__(f"the log {self.target}", self._write, self._free, most=MAX_LINES, many=MANY_LINES)
+        super().__init__(f"the log {self.target}", self._write, free, most=MAX_LINES, many=MANY_LINES)
 
     def check(self) -> None:
         """Raise the error that the thread met, if any."""
@@ -99,10 +101,6 @@ class LineWriter(Background[str]):
         with _lock_of(self._stream):
             self._stream.write("".join(lines))
             self._stream.flush()
-
-    def _free(self) -> None:
-        if self._own is not None:
-            self._own.close()
 
 
 def _checked(stream: TextStream) -> TextStream:

@@ -39,9 +39,6 @@ class Latencies:
         return quantile([trip for _, trip in self.trips], share)
 
 
-NONE = Latencies(0, 0, ())
-
-
 @dataclass(frozen=True, slots=True)
 class Run:
     """The parts of a recording that a comparison needs.

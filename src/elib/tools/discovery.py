@@ -15,7 +15,6 @@ import shutil
 import socket
 import subprocess
 import sys
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -243,14 +242,8 @@ def _descriptions() -> dict[str, str]:
         ports = serialx.list_serial_ports()
     except (OSError, serialx.SerialException):
         return {}
-    return {
-        str(port.device): ", ".join(_words((port.product, port.interface_description, port.manufacturer)))
-        for port in ports
-    }
-
-
-def _words(parts: Iterable[str | None]) -> list[str]:
-    return list(dict.fromkeys(part for part in parts if part))
+    words = {str(port.device): (port.product, port.interface_description, port.manufacturer) for port in ports}
+    return {device: ", ".join(dict.fromkeys(filter(None, parts))) for device, parts in words.items()}
 
 
 def _paired() -> tuple[dict[str, str], list[str]]:

@@ -36,6 +36,7 @@ SLACK = 5.0
 """s that a motion may take longer than twice the time that its way needs at its speed."""
 FRONT = ("diagonal_left", "front_left", "front_right", "diagonal_right")
 REAR = ("rear_left", "rear_right")
+MOVING = "the robot did not confirm that it stands, so it may still be moving; the stop is repeated"
 STOPPED_BY_A_PERSON = "a person stopped the robot"
 RELEASE = "ask the person to press Continue on the robot's page; until then nothing moves"
 
@@ -181,7 +182,7 @@ class Driver:
             self.slot.drive.halt()
         if await self._stands():
             return Outcome("stopped", "the robot stands")
-        return Outcome("link", self._moving(), "hold the robot or switch it off", stands=False)
+        return Outcome("link", MOVING, "hold the robot or switch it off", stands=False)
 
     async def motion(self, name: str, motion: Motion, longest: float, sees: Sight = nothing_seen) -> Outcome:
         """Carry out a motion whose goal was checked before."""
@@ -332,13 +333,10 @@ class Driver:
         odometry = self.slot.robot.motion.odometry
         return odometry.left, odometry.right
 
-    def _moving(self) -> str:
-        return "the robot did not confirm that it stands, so it may still be moving; the stop is repeated"
-
     def _words(self, why: str, error: BaseException | None, stands: bool) -> tuple[str, str]:
         """Return what happened as a sentence, and what to try."""
         said = error.message if isinstance(error, ElibError) else "" if error is None else type(error).__name__
-        state = "it stands" if stands else self._moving()
+        state = "it stands" if stands else MOVING
         match why:
             case "reached":
                 return "done; " + state, ""
@@ -356,18 +354,15 @@ class Driver:
                 return "a person, or another page, drives the robot now", "wait until status says that no client drives"
             case "link":
                 cause = said or (self.slot.error.message if self.slot.error is not None else "it does not answer")
-                return f"the link to the robot failed: {cause}; {state}", _link_hint(stands)
+                hint = "" if stands else "; a person should hold the robot or switch it off"
+                again = f"call status until the robot is connected, then try again{hint}"
+                return f"the link to the robot failed: {cause}; {state}", again
             case "stopped":
                 return f"the stop tool ended it; {state}", ""
             case "cancelled":
                 return f"the call was cancelled; {state}", ""
             case _:
                 return f"it failed: {said}; {state}", "correct the arguments, or choose another tool"
-
-
-def _link_hint(stands: bool) -> str:
-    again = "call status until the robot is connected, then try again"
-    return again if stands else f"{again}; a person should hold the robot or switch it off"
 
 
 def _way(before: tuple[int, int], after: tuple[int, int]) -> tuple[float, float]:

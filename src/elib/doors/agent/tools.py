@@ -134,7 +134,8 @@ class Tools:
             lines = []
             for key, driver in self.drivers.items():
                 slot = driver.slot
-                kind = "virtual" if _is_virtual(slot) else "real"
+                is_virtual = slot.url.startswith(("sim://", "replay://"))
+                kind = "virtual" if (virtual(slot.robot) if slot.is_connected else is_virtual) else "real"
                 firmware, state = slot.firmware, slot.phase.value
                 found.append({"robot": key, "name": slot.name, "kind": kind, "firmware": firmware, "state": state})
                 lines.append(f"robot {key}: {slot.name}, {kind}, {firmware or 'firmware unknown'}, {state}")
@@ -427,7 +428,3 @@ def _state(slot: Slot) -> str:
     if not slot.drive.may_move:
         return "the robot stands" if slot.is_connected else f"the robot is {slot.phase.value}, and stood before"
     return "the robot may still be moving; the stop is repeated until it confirms"
-
-
-def _is_virtual(slot: Slot) -> bool:
-    return virtual(slot.robot) is not None if slot.is_connected else slot.url.startswith(("sim://", "replay://"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from collections import deque
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 Direction = Literal["to robot", "to host"]
 
@@ -94,25 +94,15 @@ class CaptureBuffer:
             self._times.append((self._start + len(self.bytes), time))
         self.bytes += data
 
-    def cut(
-        self,
-        count: int,
-        kind: Kind,
-        *,
-        calls: tuple[Call, ...] = (),
-        name: str = "",
-        value: object = None,
-        problem: str = "",
-        unanswered: tuple[str, ...] = (),
-    ) -> Line:
-        """Remove the first *count* bytes and return them as a line."""
+    def cut(self, count: int, kind: Kind, **about: Any) -> Line:
+        """Remove the first *count* bytes and return them as a line, with what it says *about* them."""
         data = bytes(self.bytes[:count])
         offset, time = self._start, self.time
         del self.bytes[:count]
         self._start += count
         while len(self._times) > 1 and self._times[1][0] <= self._start:
             self._times.popleft()
-        return Line(self.direction, offset, time, data, kind, calls, name, value, problem, unanswered)
+        return Line(self.direction, offset, time, data, kind, **about)
 
     @property
     def time(self) -> float | None:

@@ -164,15 +164,13 @@ class Writer:
             if self._format == "csv":
                 self._put(_lines([[_plain(cell) for cell in row] for row in batch]))
                 continue
-            records = [json.dumps(self._record(row), ensure_ascii=False) for row in batch]
+            named = [{at.name: _json(at, cell) for at, cell in zip(self._headers, row, strict=True)} for row in batch]
+            records = [json.dumps(row, ensure_ascii=False) for row in named]
             if self._format == "jsonl":
                 self._put("".join(f"{record}\n" for record in records))
             else:
                 self._put(self._before + ",\n".join(records))
                 self._before = ",\n"
-
-    def _record(self, row: Sequence[Cell]) -> dict[str, Cell]:
-        return {header.name: _json(header, cell) for header, cell in zip(self._headers, row, strict=True)}
 
     def _put(self, text: str) -> None:
         self._stream.write(text.encode("utf-8", "replace"))

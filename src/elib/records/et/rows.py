@@ -61,8 +61,9 @@ class Block:
             return [row.split(b" ", column + 1)[column] for row in self.rows]
         except IndexError:
             least = column + 1 if column >= 0 else -column
-            place = next(place for place, row in enumerate(self.rows) if row.count(b" ") + 1 < least)
-            raise self.error(place, _short(self.rows[place], column)) from None
+            place, row = next(each for each in enumerate(self.rows) if each[1].count(b" ") + 1 < least)
+            has = f"the row has {row.count(b' ') + 1}, counted from 0: {shown(text_of(row))}"
+            raise self.error(place, f"there is no column {column}: {has}") from None
 
     def numbers(self, column: int) -> NDArray[np.float64]:
         """Return the numbers of a column. A decimal comma, which logs of 2011 have in some countries, means a point."""
@@ -76,7 +77,8 @@ class Block:
             # Python's float() also accepts "nan", "1_0" and more; they have bytes that translate() leaves over here.
             if not joined.translate(None, BYTES_OF_NUMBERS) and np.isfinite(values).all():
                 return values
-        bad = next(place for place, word in enumerate(words) if not _is_finite(word))
+        finite = (NUMBER.fullmatch(word) is not None and np.isfinite(float(word)) for word in words)
+        bad = next(place for place, is_finite in enumerate(finite) if not is_finite)
         raise self.error(bad, f"column {column} is {shown(text_of(self.words(column)[bad]))}, which is not a number")
 
     def error(self, place: int, message: str) -> RowError:
@@ -113,12 +115,3 @@ def blocks_of(read: Callable[[int], bytes | None], name: str = "stdin") -> Itera
             raise RowError(f"{name}:{line}: the line is longer than {MAX_LINE >> 20} MiB; this is not a log")
     if held:
         yield Block(b"".join(rest), name, line)
-
-
-def _is_finite(word: bytes) -> bool:
-    return NUMBER.fullmatch(word) is not None and bool(np.isfinite(float(word)))
-
-
-def _short(row: bytes, column: int) -> str:
-    count = row.count(b" ") + 1
-    return f"there is no column {column}: the row has {count}, counted from 0: {shown(text_of(row))}"
