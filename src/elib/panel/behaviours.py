@@ -84,9 +84,6 @@ class RunPhase(enum.Enum):
 class BehaviourRunner:
     """Behaviours on one robot, one at a time.
 
-    Args:
-        slot: The robot's place.
-
     Attributes:
         name: The name of the behaviour that runs, or ran last; empty before the first.
         state: What it is doing in its own words, like ``turning``; empty where it does not say.

@@ -43,12 +43,7 @@ class Passage(enum.Enum):
 
 
 class Interlock(ForwardingChannel):
-    """The channel to the robot that a behaviour uses.
-
-    Args:
-        channel: The panel's own channel.
-        drive: The drive lock, which is told when the behaviour moves the wheels.
-    """
+    """The channel to the robot that a behaviour uses."""
 
     def __init__(self, channel: Channel, drive: DriveLock) -> None:
         self.hooks = Hooks()

@@ -204,16 +204,7 @@ class Panel:
         return self.worlds.get(key) if slot is None else slot.control
 
     def add(self, url: object, name: object = "", *, is_trusted: bool = False) -> str:
-        """Make a place for a robot, not yet connected, and return its key.
-
-        Args:
-            url: What will be opened.
-            name: Its name; its URL if empty.
-            is_trusted: Whether it comes from the command line, not from a page.
-
-        Raises:
-            ArgumentError: The URL or the name is wrong, or the panel is full.
-        """
+        """Make a place for a robot, not yet connected, and return its key."""
         if len(self._slots) >= MAX_ROBOTS:
             raise ArgumentError(f"the panel has {MAX_ROBOTS} robots, and room for no more")
         slot = Slot(self._url(url, is_trusted), name=_line("the name", name, MAX_NAME), key=str(self._number + 1))

@@ -48,17 +48,9 @@ AT_ONCE = 500
 class Playback:
     """A recording, from its beginning to its end.
 
-    Args:
-        url: ``replay://FILE``.
-
     Attributes:
         at: How far it has been played, s from its beginning.
         length: How long it is, s; 0 until that is known.
-
-    Raises:
-        ArgumentError: There is no such file, or it is not a recording.
-        SimulationError: The running event loop cannot run at the speed asked for.
-        Unsupported: The package mcap is not installed.
     """
 
     def __init__(self, url: Url) -> None:

@@ -15,14 +15,7 @@ GetRobot = Callable[[], Epuck | None]
 
 
 class Writing(Generic[T]):
-    """What is written of one robot into one file.
-
-    Args:
-        words: What it is, for the event log.
-        robot: Returns the robot, or None before it is connected.
-        open_file: Begins to write a robot into the file of a path.
-        note: Called with a text, and whether it went wrong.
-    """
+    """What is written of one robot into one file."""
 
     def __init__(
         self, words: str, robot: GetRobot, open_file: Callable[[Epuck, str], T], note: Callable[[str, bool], object]
@@ -72,12 +65,7 @@ class Writing(Generic[T]):
 
 
 class Records:
-    """What is written of one robot.
-
-    Args:
-        robot: Returns the robot, or None before it is connected.
-        note: Called with a text, and whether it went wrong.
-    """
+    """What is written of one robot."""
 
     def __init__(self, robot: GetRobot, note: Callable[[str, bool], object]) -> None:
         # a line for each call, appended to a file

@@ -370,11 +370,7 @@ class Slot:
         """Send one command of the table and return its answer.
 
         A command that may move the robot has the same dead man's switch as the stick: *page* drives from then on, and
-        has to call ``drive.beat(page)`` every tenth of a second.
-
-        Raises:
-            ArgumentError: There is no such command, an argument is wrong, or another page drives; nothing was sent.
-            ElibError: The robot did not carry it out, or did not confirm it.
+        has to call ``drive.beat(page)`` every tenth of a second. After an ArgumentError nothing was sent.
         """
         robot = self.robot
         if name not in catalogue():

@@ -38,10 +38,6 @@ AGAIN = 0.5
 class ReadingsWatcher:
     """The readings of one robot, over all its connections.
 
-    Args:
-        complain: Called with what went wrong while watching.
-        on_lost: Called with the reason when the link is gone for good.
-
     Attributes:
         trail_count: Number of points that the trail ever had.
         trail_began: That number when the robot was last connected: earlier points are of another journey.

@@ -60,11 +60,6 @@ def simulation_of(robot: Epuck) -> tuple[Simulation | None, int]:
     return None, 0
 
 
-def length(poses: Sequence[Pose]) -> float:
-    """Return the length of a path, m."""
-    return math.fsum(apart(a, b) for a, b in pairwise(poses))
-
-
 class RobotReport:
     """The report of what one robot did, from when this is made until the robot is closed.
 
@@ -101,7 +96,7 @@ class RobotReport:
     @property
     def distance(self) -> float:
         """Length of the path, m."""
-        return length(self.path)
+        return math.fsum(apart(a, b) for a, b in pairwise(self.path))
 
     @property
     def wheels(self) -> tuple[float, float]:

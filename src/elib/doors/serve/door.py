@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import re
 import socket
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 
 from aiohttp import web
 
@@ -46,15 +46,6 @@ class ProgramDoor:
         full = f"{MAX_PROGRAMS} programs are connected, and no more can be."
         self._callers = Callers(self._client, MAX_PROGRAMS, full, (MESSAGES, MESSAGES_AT_ONCE))
         self._server: Server | None = None
-
-    @property
-    def programs(self) -> int:
-        """The number of programs that are connected."""
-        return len(self._clients)
-
-    @property
-    def _clients(self) -> Mapping[web.WebSocketResponse, Client]:
-        return self._callers.open
 
     def _client(self, connection: Socket) -> Client:
         assert self._server is not None

@@ -60,15 +60,8 @@ class Classroom:
     async def open(self, settings: SimulationSettings) -> AsyncIterator[list[Student]]:
         """Offer robots and pages until the block is left.
 
-        Args:
-            settings: The world of each student, or the one of all.
-
         Yields:
             The students, and the teacher last, with the number 0.
-
-        Raises:
-            ArgumentError: A setting is wrong, or there are not enough ports.
-            LinkError: A port is taken, or cannot be had.
         """
         if self.is_shared and settings.robots is not None:
             raise ArgumentError("--shared has a robot for each student", hint="leave --robots out")

@@ -86,15 +86,7 @@ def message_of(
     doc: str | None,
     **more: object,
 ) -> type[Message]:
-    """Return the class of the messages that a function carries out, whose arguments are their fields.
-
-    Args:
-        act: The function; it takes the caller first.
-        name: The name of the message.
-        fields: Its fields, with their types.
-        doc: What it is for.
-        more: Other attributes of the class.
-    """
+    """Return the class of the messages that a function carries out, whose arguments are their fields."""
     found = msgspec.defstruct(
         "".join(part.capitalize() for part in name.split("_")),
         [(each.name, each.annotation, *(() if each.default is each.empty else (each.default,))) for each in fields],
@@ -116,13 +108,7 @@ class Table(dict[str, type[Message]]):
     """The messages that one kind of caller may say, by their names."""
 
     def request(self, needs: str = "", *, name: str = "", **more: Any) -> Callable[[F], F]:
-        """Return a decorator by which a function or a method becomes a message: its name, arguments and docstring.
-
-        Args:
-            needs: What a page must be able to do.
-            name: The name of the message; that of the function if empty.
-            more: As for :func:`message_of`.
-        """
+        """Return a decorator by which a function or a method becomes a message: its name, arguments and docstring."""
 
         def add(act: F) -> F:
             hints = get_type_hints(act, include_extras=True)
@@ -230,11 +216,6 @@ class Connection(Protocol):
 
 class Caller:
     """A page or a program, from the opening of its connection to its end.
-
-    Args:
-        panel: The robots.
-        decode: Gives number and message of a text, or what is wrong with it.
-        connection: What carries messages to it.
 
     Attributes:
         connection: What carries messages to it.

@@ -483,9 +483,6 @@ def _static_files() -> Mapping[str, _File]:
     """Return every file that can be asked for, by its path; nothing else is ever read.
 
     They are compressed here and not when the page is built: not every build of zlib gives the same bytes.
-
-    Raises:
-        Unsupported: The page is not built.
     """
     found = {}
     for file in page_folder().iterdir():

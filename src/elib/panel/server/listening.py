@@ -42,12 +42,6 @@ def listen(host: str = LOOPBACK, port: int | None = None, option: str = "--port"
         port: 0 for any free one; None for the first free one from *first* on.
         option: The option that names the port, for hints.
         first: The first port to try where none is named; the panel's, :data:`PORT`, unless given.
-
-    Raises:
-        ArgumentError: There is no such port.
-        LinkBusy: The port is taken, or all that were tried are.
-        LinkDenied: This user may not use the port.
-        LinkError: This computer has no such address.
     """
     first = PORT if first is None else first
     if port is not None:

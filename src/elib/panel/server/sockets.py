@@ -24,10 +24,6 @@ C = TypeVar("C", bound=Caller)
 class Socket:
     """A WebSocket that carries the messages of one caller.
 
-    Args:
-        request: The request that opened it.
-        ws: The WebSocket.
-
     Attributes:
         transport: The connection below it.
     """
@@ -80,14 +76,7 @@ def web_socket() -> web.WebSocketResponse:
 
 
 class Callers(Generic[C]):
-    """The callers of one kind, whose number is bounded.
-
-    Args:
-        make: Makes one, of its WebSocket.
-        most: How many there may be.
-        full: What one more is told.
-        pace: Messages of one of them per second for long, and at once.
-    """
+    """The callers of one kind, whose number is bounded."""
 
     def __init__(
         self,

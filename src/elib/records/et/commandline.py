@@ -10,6 +10,7 @@ from inspect import getdoc
 from typing import Annotated
 
 from elib.base.errors import ArgumentError
+from elib.base.plaintext import two_columns
 from elib.base.rules import REQUIRED, Choice, nearest
 from elib.records.et.action import Action, Plotted
 from elib.records.et.actions import actions
@@ -169,14 +170,4 @@ def _default(value: object) -> str:
 
 
 def _table(rows: Sequence[tuple[str, str]]) -> str:
-    """Return two aligned columns; a long label gets a line of its own."""
-    edge = max((len(label) for label, _ in rows if len(label) <= 28), default=0)
-    lines = []
-    for label, text in rows:
-        wrapped = textwrap.wrap(text, WIDTH - edge - 4, break_on_hyphens=False)
-        if len(label) > edge:
-            lines.append(f"  {label}")
-            label = ""
-        lines.append(f"  {label:<{edge}}  {wrapped[0]}")
-        lines += [f"{'':{edge + 4}}{line}" for line in wrapped[1:]]
-    return "\n".join(lines)
+    return two_columns(rows, WIDTH, widest=28)
