@@ -20,14 +20,7 @@ FORBIDDEN = frozenset('/\\:*?"<>|%$~`')
 
 
 class Folder:
-    """The one folder that a page may name files in.
-
-    Args:
-        path: The folder; it must exist.
-
-    Raises:
-        ArgumentError: The path is not a folder.
-    """
+    """The one folder that a page may name files in."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path).resolve()

@@ -41,31 +41,23 @@ AGAIN = 0.5
 class ReadingsWatcher:
     """The readings of one robot, over all its connections.
 
-    Args:
-        complain: Called with what went wrong while watching.
-        on_lost: Called with the reason when the link is gone for good.
-
     Attributes:
-        readings: The newest reading of each kind, by name, with its own time.
-        trail: Where the robot was by its odometry, or in its world, oldest first.
         trail_count: Number of points that the trail ever had.
         trail_began: That number when the robot was last connected: earlier points are of another journey.
-        map: What its infrared sensors have met; of a robot that is simulated here nothing, because its world is seen.
-        mapped: The poses at which the map was last added to, oldest first.
-        rate: Snapshots of all sensors a second.
-        pictures: Seconds between two live pictures; None if there are none.
     """
 
     def __init__(self, complain: Callable[[str], object], on_lost: Callable[[ElibError], object]) -> None:
-        self.readings: dict[str, Reading | Image] = {}
+        self.readings: dict[str, Reading | Image] = {}  # the newest reading of each kind, by name, with its own time
+        # where the robot was by its odometry, or in its world, oldest first
         self.trail: deque[Pose] = deque(maxlen=KEPT)
         self.trail_count = self.trail_began = 0
-        self.map, self.mapped = Grid(), deque[Pose](maxlen=MAX_MISSED)
+        self.map = Grid()  # what its infrared sensors have met; nothing of a robot simulated here, whose world is seen
+        self.mapped = deque[Pose](maxlen=MAX_MISSED)  # the poses at which that was last added to, oldest first
         self._complain, self._on_lost = complain, on_lost
         self._loop = asyncio.get_running_loop()
         self._tasks: dict[str, asyncio.Task[None]] = {}
-        self.rate = RATE
-        self.pictures: float | None = None
+        self.rate = RATE  # snapshots of all sensors a second
+        self.pictures: float | None = None  # seconds between two live pictures; None if there are none
         self._robot: Epuck | None = None
         self._rests = False
         self._open_air, self._near = OpenAir(), Proximity()

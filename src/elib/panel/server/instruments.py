@@ -43,41 +43,26 @@ PhaseName = Annotated[str, Meta(extra_json_schema={"enum": [each.name.lower() fo
 
 
 class CameraLimits(Struct):
-    """What pictures a camera can take, and how long one holds the line.
+    """What pictures a camera can take, and how long one holds the line."""
 
-    Attributes:
-        zooms: The zoom factors that work; None if every factor works whose window fits.
-        bytes: The most bytes of pixels: a grey one has one, a coloured one two.
-        capture: s until the first byte.
-        byte: s for each byte.
-    """
-
-    zooms: tuple[int, ...] | None
-    bytes: int
-    capture: float = lifecycle.CAPTURE_TIME
-    byte: float = lifecycle.BITS_PER_BYTE / BAUD
+    zooms: tuple[int, ...] | None  # the zoom factors that work; None if every factor works whose window fits
+    bytes: int  # the most bytes of pixels: a grey one has one, a coloured one two
+    capture: float = lifecycle.CAPTURE_TIME  # s until the first byte
+    byte: float = lifecycle.BITS_PER_BYTE / BAUD  # s for each byte
 
 
 class Scheme(Struct):
-    """What seldom changes of a robot.
-
-    Attributes:
-        fastest: rev/s of its fastest wheel.
-        circumference: m that a wheel rolls in one turn.
-        camera: What can be set of the camera; None for nothing.
-        coloured: The LEDs whose colour can be set.
-        sounds: What sounds 1, 2 and so on are called.
-        talks_at: Where the selector must stand when the robot starts, and what it then talks through.
-    """
+    """What seldom changes of a robot."""
 
     scheme: int
     firmware: str
-    fastest: float
-    circumference: float
+    fastest: float  # rev/s of its fastest wheel
+    circumference: float  # m that a wheel rolls in one turn
     instruments: tuple[Instrument, ...]
-    camera: CameraLimits | None = None
-    coloured: list[int] = []
-    sounds: tuple[str, ...] = ()
+    camera: CameraLimits | None = None  # what can be set of the camera; None for nothing
+    coloured: list[int] = []  # the LEDs whose colour can be set
+    sounds: tuple[str, ...] = ()  # what sounds 1, 2 and so on are called
+    # where the selector must stand when the robot starts, and what it then talks through
     talks_at: Mapping[int, str] = {}
 
 
@@ -153,26 +138,16 @@ class Trail(Struct):
 
 
 class MapPart(Struct):
-    """A part of what the infrared sensors have met; it is new to the page, and stands in its last map if that fits.
+    """A part of what the infrared sensors have met; it is new to the page, and stands in its last map if that fits."""
 
-    Attributes:
-        cell: m, the side of a square.
-        x: m, the middle of the first column of the whole map.
-        y: m, the middle of the first row.
-        columns: How many the whole map has.
-        rows: How many the whole map has.
-        at: First row and column of the part.
-        width: Columns of the part.
-        squares: Signed bytes, row by row: 0 if nothing is known, 127 where surely something is, -127 where surely not.
-    """
-
-    cell: float
-    x: float
-    y: float
-    columns: int
+    cell: float  # m, the side of a square
+    x: float  # m, the middle of the first column of the whole map
+    y: float  # m, the middle of the first row
+    columns: int  # of the whole map
     rows: int
-    at: tuple[int, int]
-    width: int
+    at: tuple[int, int]  # first row and column of the part
+    width: int  # columns of the part
+    # signed bytes, row by row: 0 if nothing is known, 127 where surely something is, -127 where surely not
     squares: bytes
 
 
@@ -268,23 +243,14 @@ class Summary(Struct):
 
 @dataclass(slots=True)
 class Cursor:
-    """How much one page has seen; :func:`tick` updates it. A page that shows another robot needs a new one.
+    """How much one page has seen; :func:`tick` updates it. A page that shows another robot needs a new one."""
 
-    Attributes:
-        trail: Points of the trail, of all that there ever were.
-        map: The map that it was told of.
-        map_size: Rows and columns of that.
-        map_changes: What had been added to that.
-        lines: Lines of the event log, likewise.
-        picture: Time of the picture, s.
-    """
-
-    trail: int = 0
-    map: Grid | None = None
+    trail: int = 0  # points of the trail, of all that there ever were
+    map: Grid | None = None  # the map that it was told of, its rows and columns, and what had been added to it
     map_size: tuple[int, ...] = ()
     map_changes: int = 0
     lines: int = 0
-    picture: float = math.nan
+    picture: float = math.nan  # time of the picture, s
 
 
 def scheme(slot: Slot) -> Scheme:
