@@ -60,17 +60,11 @@ def last_map(output: str) -> PrintedMap | None:
 
 @dataclass(frozen=True, slots=True)
 class Shares:
-    """How much of a map is right, each from 0 to 1.
+    """How much of a map is right, each from 0 to 1."""
 
-    Attributes:
-        free: The part of the ground on which the robot could drive that the map has as free.
-        walls: The part of the walls that it has as occupied.
-        occupied: The part of what it has as occupied that stands there.
-    """
-
-    free: float
-    walls: float
-    occupied: float
+    free: float  # of the ground on which the robot could drive, what the map has as free
+    walls: float  # of the walls, what it has as occupied
+    occupied: float  # of what it has as occupied, what stands there
 
     @property
     def least(self) -> float:
