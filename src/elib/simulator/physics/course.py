@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any, Final, NamedTuple, TypeAlias
 
+from elib.simulator.physics.defects import damage
 from elib.simulator.physics.engine import Engine, call, kernel, phase
-from elib.simulator.physics.motion import rim_speed
+from elib.simulator.physics.motion import turn_wheels
 from elib.simulator.physics.neighbours import list_near
-from elib.simulator.physics.noise import bits, numbered_key, uniform
+from elib.simulator.physics.noise import BROKEN, bits, numbered_key, uniform
 from elib.simulator.physics.packing import restore, world_at
 from elib.simulator.physics.records import Episode, Records, Shown
 from elib.simulator.physics.sensors import sense
@@ -31,6 +32,8 @@ class Course(NamedTuple):
     originals: Any  # The same of each scene, as it was laid out.
     starts: Any  # (scenes, sets, robots, 4): x, y, m, cosine and sine of the heading.
     ranges: Any  # (scenes, 9, 2): the lowest and the highest value of what is drawn.
+    defects: Any  # (defects, 4): what may be broken (elib.simulator.physics.defects).
+    broken: float  # How probable it is for each robot that one of them is.
     episodes: Any  # One record a world.
     memory: Any  # (worlds, robots, n): what the controllers remember.
     earned: Any  # (worlds, robots): what the robots earned in the last call.
@@ -72,6 +75,9 @@ def begin(course: Course, w: int, key: int) -> None:
     spawn(world, sets[bits(key, START) % len(sets)], key)
     list_near(world)
     for i in range(len(world.robots)):
+        robot = world.robots[i]
+        if course.broken > 0.0 and uniform(robot.key, BROKEN) < course.broken:
+            damage(robot, course.defects[bits(robot.key, BROKEN + 1) % len(course.defects)])
         for n in range(len(course.memory[w][i])):
             course.memory[w][i][n] = 0.0
 
@@ -116,8 +122,7 @@ def run_period(judge: Judge, course: Course, world: Records, w: int) -> None:
     for tick in range(course.period + 1):
         if tick == episode.delay:
             for i in range(len(world.robots)):
-                world.robots[i].left_speed = rim_speed(world.tables[0], world.views[i].left)
-                world.robots[i].right_speed = rim_speed(world.tables[0], world.views[i].right)
+                turn_wheels(world, i)
         if tick == course.period:
             return
         advance(world, 1)

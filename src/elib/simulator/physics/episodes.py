@@ -358,6 +358,8 @@ class Episodes:
         return {
             "originals": laid_out(self._engine, models),
             "starts": self._engine.table(np.array([_starts(scene, task.robots, sets) for scene in task.scenes])),
+            "defects": self._engine.table([each.row for each in task.randomisation.defects] or [[0.0] * 4]),
+            "broken": task.randomisation.broken if task.randomisation.defects else 0.0,
             "ranges": self._engine.table(np.array([_ranges(task, scene) for scene in task.scenes])),
         }
 

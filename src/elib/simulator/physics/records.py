@@ -11,12 +11,15 @@ from __future__ import annotations
 from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass, field, fields
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from elib.base.body import FASTEST_2
 
 SIZE = "size"
 """Metadata of a field that holds several numbers: how many."""
+
+BREAKABLE: Final = 39
+"""Numbers of a robot that can be broken (:mod:`elib.simulator.physics.defects`)."""
 
 SENSOR = "sensor"
 """Metadata of a field that a file of the same name in ``sensors/`` fills."""
@@ -86,6 +89,10 @@ class Robot:
     darkness: list[float] = floats(8)  # What they read with their emitters off, over what others read.
     black: list[float] = floats(5)  # What its ground sensors read over black, counts.
     white: list[float] = floats(5)  # The same over white.
+    is_broken: int = 0  # 1 if the next three rows hold: what is wrong with each number that can be broken.
+    broken_factor: list[float] = floats(BREAKABLE)
+    broken_shift: list[float] = floats(BREAKABLE)
+    broken_noise: list[float] = floats(BREAKABLE)
 
 
 @dataclass(slots=True, eq=False)

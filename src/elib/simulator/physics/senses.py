@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import profiles, records
+from elib.simulator.physics.defects import CAMERA_AT
+from elib.simulator.physics.noise import DEFECT, MASK, STRIDE, bits, mix, quantiles, tick_key
 from elib.simulator.physics.optics import Chip, lens_named
 from elib.simulator.physics.sensors import chosen, sense
 from elib.simulator.physics.sensors.proximity import look
@@ -78,9 +80,26 @@ class Senses:
             self._camera = Camera(self._lens, self._state.floor)
         pictures = self._camera.pictures(self._seen(shown), chip, robots, *shape)
         for robot, picture in zip(robots, pictures, strict=True):
+            self._spoil(robot, picture)
             digest = hashlib.blake2b(picture.tobytes(), digest_size=4).digest()
             self._tell("picture", robot, [int.from_bytes(digest, "little")])
         return pictures
+
+    def _spoil(self, robot: int, picture: NDArray[np.uint8]) -> None:
+        """Make a picture that of a broken camera, if the robot's is: every colour of every pixel has noise of its own."""
+        import numpy as np
+
+        world = self._state.world
+        setting, here = world.setting[0], world.robots[robot]
+        if not here.is_broken:
+            return
+        seen = here.broken_factor[CAMERA_AT] * picture + here.broken_shift[CAMERA_AT]
+        if here.broken_noise[CAMERA_AT] > 0.0:
+            key = bits(tick_key(int(here.key), int(setting.tick)), DEFECT + CAMERA_AT)
+            words: Any = (key + np.arange(picture.size) * STRIDE) & MASK
+            drawn = np.array(quantiles())[mix(words) & 1023]
+            seen = seen + here.broken_noise[CAMERA_AT] * drawn.reshape(picture.shape)
+        picture[...] = np.clip(np.rint(seen), 0, 255)
 
     def _seen(self, shown: NDArray[np.int64]) -> CameraScene:
         """Return what there is to see, for the camera."""

@@ -20,6 +20,7 @@ from elib.base.pose import Pose
 from elib.base.rules import Number, Whole, is_number, rule_of, shown
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.controller import Controller
+from elib.simulator.physics.defects import Defect, damage, pace
 from elib.simulator.physics.engine import INTERPRETED, EngineName, engine_named, not_compiled
 from elib.simulator.physics.fittings import Light, Sound
 from elib.simulator.physics.floor import floor_of
@@ -133,11 +134,11 @@ class World(ReadableWorld):
         They are clipped and become the rates its step motors can make (:func:`~elib.base.body.step_rate`).
         """
         generation = self.scene.model.generation
-        left, right = WANTED.require(left, "left"), WANTED.require(right, "right")
+        left, right, here = WANTED.require(left, "left"), WANTED.require(right, "right"), self._robot(robot)
         self.set_wheel_speeds(
             robot,
-            step_rate(left, generation) * METRES_PER_STEP,
-            step_rate(right, generation) * METRES_PER_STEP,
+            step_rate(left, generation) * METRES_PER_STEP * pace(here),
+            step_rate(right, generation) * METRES_PER_STEP * pace(here),
         )
 
     def set_wheel_speeds(self, robot: int, left: float, right: float, *, at: float | None = None) -> None:
@@ -361,6 +362,14 @@ class World(ReadableWorld):
         """Set the wheel radii of *robot*, over the nominal one, and its axle, m."""
         here = self._robot(robot)
         here.left_scale, here.right_scale, here.axle = left, right, axle
+
+    def set_defects(self, robot: int, defects: Sequence[Defect]) -> None:
+        """Break these parts of a robot, and mend all others. A clock holds from the next wheel speeds on."""
+        here = self._robot(robot)
+        here.is_broken = 0
+        for defect in defects:
+            damage(here, defect.row)
+        self._state.forget()
 
     def name_robots(self, names: Sequence[str]) -> None:
         """Set what messages call the robots, in order, instead of ``robot 0`` and so on.

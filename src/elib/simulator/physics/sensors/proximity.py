@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from elib.base.infrared import GAIN_SPREAD, SPACING
+from elib.simulator.physics.defects import PROXIMITY_AT, spoiled
 from elib.simulator.physics.elementary import exponential
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import (
@@ -219,6 +220,8 @@ def respond(world: Records, i: int) -> None:
                 room = scratch.room[s]
         if light > room - margin:
             light = min(light, darkness(key, s, noise, room))
+        if robot.is_broken:
+            light = min(spoiled(setting, robot, PROXIMITY_AT + s, max(light, 0.0)), 4095.0)
         view.proximity[s] = int(max(light, 0.0) + 0.5)
 
 
