@@ -6,15 +6,17 @@ A kind is a class in :data:`KINDS`, which a script file, the reference page and 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from random import Random
 from types import MappingProxyType
-from typing import Annotated, ClassVar, Protocol
+from typing import Annotated, Any, ClassVar, Protocol
 
 from elib.base.errors import ArgumentError
-from elib.base.rules import Number, check
+from elib.base.rules import Choice, Number, Several, Whole, check
+from elib.base.tables import Key
 from elib.simulator.emulator.link import Link
+from elib.simulator.physics.defects import FASTEST_CLOCK, LEAST_CLOCK, SENSORS, Defect
 
 MAX_TIME = 1e6
 """s; more than eleven days, longer than any script."""
@@ -144,6 +146,8 @@ class TimedFault:
         kind: Name of its kind in :data:`KINDS`.
         when: The times at which it holds.
         strengths: How bad it is, by the kind's keys; those left out have the kind's defaults.
+        which: What it hits, by the kind's names.
+        robots: The robots that it hits, counted from 1; empty for all.
 
     Raises:
         ArgumentError: The times do not fit the kind, or a number may not change; the message says which, and a cure.
@@ -152,6 +156,8 @@ class TimedFault:
     kind: str
     when: When = When()
     strengths: Mapping[str, Ramp] = field(default_factory=dict)
+    which: Mapping[str, Any] = field(default_factory=dict)
+    robots: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         kind = KINDS[self.kind]
@@ -166,6 +172,16 @@ class TimedFault:
             raise ArgumentError("for is missing: how long it holds each time", hint="write for = SECONDS")
         if kind.needs_end and not self.when.is_bounded:
             raise ArgumentError(f"a {self.kind} needs an end", hint="write for = SECONDS, or until = SECONDS")
+        kind.check(self)
+
+    def hits(self, robot: int) -> bool:
+        """Whether it is a fault of this robot, counted from 0."""
+        return not self.robots or robot + 1 in self.robots
+
+    @property
+    def is_changing(self) -> bool:
+        """Whether a strength changes while it holds."""
+        return any(ramp.first != ramp.last for ramp in self.strengths.values())
 
     def level(self, key: str, share: float) -> float:
         """Return the strength *key* when *share*, 0 to 1, of the fault's span has passed."""
@@ -226,6 +242,7 @@ class Counts:
         silences: How often the answers stopped.
         cuts: How often the link was cut.
         resets: How often the robot restarted.
+        defects: How often something broke or changed in the robot.
     """
 
     answers: int = 0
@@ -239,6 +256,7 @@ class Counts:
     silences: int = 0
     cuts: int = 0
     resets: int = 0
+    defects: int = 0
 
 
 class Player(Protocol):
@@ -246,6 +264,7 @@ class Player(Protocol):
 
     link: Link
     tally: Counts
+    break_parts: Callable[[str, Sequence[Defect]], object]
 
     @property
     def is_dead(self) -> bool:
@@ -264,6 +283,8 @@ class Kind:
 
     keys: ClassVar[tuple[Strength, ...]] = ()
     """The strengths that it has."""
+    names: ClassVar[tuple[Key, ...]] = ()
+    """The keys that say what it hits."""
     is_instant: ClassVar[bool] = False
     """Whether it happens at one moment and has no length."""
     needs_end: ClassVar[bool] = False
@@ -274,6 +295,10 @@ class Kind:
     def __init__(self, player: Player, faults: Sequence[tuple[TimedFault, Random]]) -> None:
         self.player = player
         self.faults = faults
+
+    @classmethod
+    def check(cls, fault: TimedFault) -> None:
+        """Refuse a fault that makes no sense: an ArgumentError."""
 
     @property
     def blocks_robot(self) -> bool:
@@ -564,6 +589,102 @@ def _empty_at(fault: TimedFault) -> float:
     return start + (end - start) * (first - empty) / (first - last)
 
 
+DRIFT = 0.1
+"""s between two steps of something in the robot that changes meanwhile."""
+
+
+def _reading(unit: str = "", whose: str = "the reading") -> tuple[Strength, ...]:
+    """Return the keys of what is read: the unit is that of the reading."""
+    return (
+        Strength(-1e5, 1e5, unit, "stuck", f"what {whose} always is", math.nan, may_change=True),
+        Strength(-1e5, 1e5, unit, "shift", f"what is added to {whose}", 0.0, may_change=True),
+        Strength(0, 1e5, unit, "noise", "standard deviation of noise that is added", 0.0, may_change=True),
+        Strength(0, 100, "", "factor", f"what is left of {whose}; 0 if it is dead", 1.0, may_change=True),
+    )
+
+
+class DefectKind(Kind):
+    """A kind that breaks a part of the robot from its beginning to its end."""
+
+    _broken: tuple[Defect, ...] = ()
+
+    @classmethod
+    def part(cls, fault: TimedFault) -> tuple[str, tuple[int, ...]]:
+        """Return what is broken, and which of its numbers."""
+        return cls.__name__.lower(), ()
+
+    @classmethod
+    def check(cls, fault: TimedFault) -> None:
+        """Refuse a fault with which everything works, and one of a number that the part does not have."""
+        if not fault.strengths:
+            raise ArgumentError("nothing is wrong", hint=f"write {' or '.join(key.name for key in cls.keys)}")
+        for share in (0.0, 1.0):
+            cls.defect(fault, share)
+
+    @classmethod
+    def defect(cls, fault: TimedFault, share: float) -> Defect:
+        """Return what is broken when *share* of the fault's span has passed."""
+        given: dict[str, Any] = {key.name: fault.level(key.name, share) for key in cls.keys}
+        if math.isnan(given.get("stuck", 0.0)):
+            del given["stuck"]
+        return Defect(*cls.part(fault), **given)
+
+    def play(self, time: float) -> None:
+        """Break and mend what is due."""
+        shares = ((fault, fault.when.share(time)) for fault, _ in self.faults)
+        broken = tuple(self.defect(fault, share) for fault, share in shares if share is not None)
+        if broken != self._broken:
+            self._broken = broken
+            self.player.tally.defects += 1
+            self.player.break_parts(type(self).__name__, broken)
+
+    def next_change(self, time: float) -> float:
+        """Return when one of the faults begins, ends, or has changed a little."""
+        changes = [fault.when.next_change(time) for fault, _ in self.faults]
+        if any(fault.is_changing and fault.when.share(time) is not None for fault, _ in self.faults):
+            changes.append(time + DRIFT)
+        return min(changes)
+
+
+class Sensor(DefectKind):
+    """A sensor reads something wrong: stuck, dead, shifted, weak or noisy. Units are those of its readings, in SI."""
+
+    keys = _reading("the sensor's")
+    names = (
+        Key("sensor", Choice(tuple(SENSORS), example='"proximity"'), ("sensor",)),
+        Key("numbers", Several(Whole(0, 7), 1, 8, example="[0, 7]", otherwise="all"), ("numbers",), ((),)),
+    )
+
+    @classmethod
+    def part(cls, fault: TimedFault) -> tuple[str, tuple[int, ...]]:
+        """Return the sensor."""
+        return fault.which["sensor"], fault.which.get("numbers", ())
+
+
+class Wheel(DefectKind):
+    """A wheel rolls less than its motor turns it. The step counters do not notice."""
+
+    keys = (Strength(0, 100, "", "factor", "how much of its way it rolls; 0 if it is loose", may_change=True),)
+    names = (Key("wheel", Choice(("left", "right", "both"), example='"left"'), ("wheel",), ("both",)),)
+
+    @classmethod
+    def part(cls, fault: TimedFault) -> tuple[str, tuple[int, ...]]:
+        """Return the wheel."""
+        return "wheels", {"left": (0,), "right": (1,)}.get(fault.which.get("wheel", ""), ())
+
+
+class Camera(DefectKind):
+    """The camera's pictures are wrong: all of one colour, dark, bright or noisy."""
+
+    keys = _reading("of 255", "each colour of each pixel")
+
+
+class Clock(DefectKind):
+    """The robot's clock goes wrong: its motors turn, and its firmware works, so much faster or slower."""
+
+    keys = (Strength(LEAST_CLOCK, FASTEST_CLOCK, "", "factor", "seconds of the clock in one second", may_change=True),)
+
+
 KINDS: Mapping[str, type[Kind]] = MappingProxyType(
     {
         "loss": Loss,
@@ -577,6 +698,10 @@ KINDS: Mapping[str, type[Kind]] = MappingProxyType(
         "cut": Cut,
         "reset": Reset,
         "battery": Battery,
+        "sensor": Sensor,
+        "wheel": Wheel,
+        "camera": Camera,
+        "clock": Clock,
     }
 )
 """Every kind of fault, by the name it has in a file."""

@@ -6,6 +6,7 @@ import asyncio
 import dataclasses
 import math
 import random
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 from elib.base.timebase import SimulatedLoop
@@ -13,6 +14,7 @@ from elib.simulator.emulator.faultkinds import KINDS, Battery, Counts, Cut, Fate
 from elib.simulator.emulator.faults import Fault
 from elib.simulator.emulator.faultscript import FaultScript
 from elib.simulator.emulator.link import Link
+from elib.simulator.physics.defects import Defect
 
 MAX_FAULTS_IN_A_ROW = 3
 """Answers in a row that were lost, damaged or a second late, after which a program may give the robot up: as many
@@ -34,6 +36,7 @@ class FaultPlayer:
         script: What happens, and when.
         robot: Which robot of its world this is; each draws its own random numbers.
         seed: Instead of the script's.
+        break_parts: Called with a kind of fault and what that breaks in the robot from now on, instead of before.
 
     Attributes:
         script: The script.
@@ -41,7 +44,15 @@ class FaultPlayer:
         tally: Numbers of what the script has done so far.
     """
 
-    def __init__(self, link: Link, script: FaultScript, *, robot: int = 0, seed: int | None = None) -> None:
+    def __init__(
+        self,
+        link: Link,
+        script: FaultScript,
+        *,
+        robot: int = 0,
+        seed: int | None = None,
+        break_parts: Callable[[str, Sequence[Defect]], object] = lambda by, defects: None,
+    ) -> None:
         self.script = script
         self.link = link
         self.tally = Counts()
@@ -52,7 +63,9 @@ class FaultPlayer:
         self._timer: asyncio.TimerHandle | None = None
         base = script.seed if seed is None else seed
         faults: dict[str, list[tuple[TimedFault, random.Random]]] = {}
-        for index, fault in enumerate(script.faults):
+        self.break_parts = break_parts
+        self._own = [(index, fault) for index, fault in enumerate(script.faults) if fault.hits(robot)]
+        for index, fault in self._own:
             chance = random.Random(f"{base} robot {robot} fault {index}")
             faults.setdefault(fault.kind, []).append((fault, chance))
         self._kinds = {name: KINDS[name](self, each) for name, each in faults.items()}
@@ -87,7 +100,7 @@ class FaultPlayer:
         if self._began is None:
             return ()
         time = self.time
-        return tuple(dict.fromkeys(each.kind for each in self.script.faults if each.when.share(time) is not None))
+        return tuple(dict.fromkeys(each.kind for _, each in self._own if each.when.share(time) is not None))
 
     @property
     def is_cut(self) -> bool:

@@ -30,6 +30,7 @@ from elib.simulator.emulator.hardware import Lights
 from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, RobotProfile
 from elib.simulator.physics import Colour, Lamps, World
 from elib.simulator.physics.body import GRAVITY
+from elib.simulator.physics.defects import MAGNETOMETER_AT, Defect, pace, spoiled
 from elib.simulator.physics.noise import HARD_IRON, MAGNETOMETER, gauss, tick_key
 from elib.simulator.physics.sensors.distance import REACH
 
@@ -161,10 +162,21 @@ class SimulatedHardware:
 
     def drive(self, left: float, right: float) -> None:
         """Turn the wheels at these step rates from the time of the last :meth:`advance` on, steps/s."""
-        speeds = left * METRES_PER_STEP, right * METRES_PER_STEP
+        rim = METRES_PER_STEP * self.pace  # the clock times the motors
+        speeds = left * rim, right * rim
         self.world.set_wheel_speeds(self.robot_index, *speeds, at=self._now)
         self._rates = left, right
         self._load()
+
+    @property
+    def pace(self) -> float:
+        """How fast the robot's clock goes: 1 if it is not broken."""
+        return float(pace(self.world.records.robots[self.robot_index]))
+
+    def set_defects(self, defects: Sequence[Defect]) -> None:
+        """Break these parts of the robot from the last :meth:`advance` on, and mend all others."""
+        self.world.set_defects(self.robot_index, defects)
+        self.drive(*self._rates)
 
     def show(self, lights: Lights) -> None:
         """Set all lamps."""
@@ -283,7 +295,9 @@ class SimulatedHardware:
         field = []
         for axis, part in enumerate(bent):
             own = MAGNETS[axis] * gauss(key, HARD_IRON + axis) + FIELD_DEVIATION * gauss(now, MAGNETOMETER + axis)
-            field.append(round((part + self.hard_iron[axis] + spread * own) / FIELD_STEP) * FIELD_STEP)
+            here, setting = records.robots[self.robot_index], records.setting[0]
+            read = spoiled(setting, here, MAGNETOMETER_AT + axis, part + self.hard_iron[axis] + spread * own)
+            field.append(round(read / FIELD_STEP) * FIELD_STEP)
         return field
 
     def temperature(self) -> int:

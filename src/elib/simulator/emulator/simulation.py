@@ -6,8 +6,8 @@ import asyncio
 import itertools
 import math
 import weakref
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TypedDict
 
 from elib.base.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
@@ -29,6 +29,7 @@ from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.wifi import WifiEmulator
 from elib.simulator.emulator.wifi_link import WifiLink
+from elib.simulator.physics.defects import Defect
 from elib.simulator.physics.placement import cleared
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.world import World
@@ -71,6 +72,7 @@ class VirtualRobot:
         link: The link between the robot and its program.
         manual_faults: What :class:`~elib.simulator.emulator.control.Control` does to its answers.
         player: The fault script that runs on the link, if there is one.
+        defects: What is broken in it, by who broke it: a kind of fault of its script, or by hand.
     """
 
     index: int
@@ -81,6 +83,22 @@ class VirtualRobot:
     link: Link
     manual_faults: ManualFaults
     player: FaultPlayer | None = None
+    defects: dict[str, tuple[Defect, ...]] = field(default_factory=dict)
+
+    def break_parts(self, by: str, defects: Sequence[Defect]) -> None:
+        """Break these parts of it, and mend what *by* broke before.
+
+        Raises:
+            SimulationError: Its readings are constant.
+        """
+        hardware = self.hardware
+        if not isinstance(hardware, SimulatedHardware):
+            raise SimulationError("constant readings have no parts that break", hint="leave --hardware out")
+        self.link.catch_up()
+        self.emulator.let_world_run(self.link.now)
+        self.defects[by] = tuple(defects)
+        hardware.set_defects([defect for each in self.defects.values() for defect in each])
+        self.emulator.pace = hardware.pace
 
     @property
     def opens_in(self) -> float:
@@ -305,7 +323,7 @@ class Simulation:
         named = () if self.world is None else self.world.scene.firmware
         firmware = (named[index] if index < len(named) else "") or settings.firmware
         profile_named(firmware)
-        script = None if settings.fault is None else load_script(settings.fault)
+        script = None if settings.fault is None else load_script(settings.fault, self.count)
         hardware = self._hardware(index, firmware, settings)
         latency, jitter = self._delay(settings)
         options = _LinkOptions(
@@ -323,7 +341,7 @@ class Simulation:
         manual_faults = ManualFaults(f"{self.settings.seed or 0} control {index}")
         robot = VirtualRobot(index, settings, firmware, hardware, emulator, link, manual_faults)
         if script is not None:
-            robot.player = FaultPlayer(link, script, robot=index, seed=settings.seed)
+            robot.player = FaultPlayer(link, script, robot=index, seed=settings.seed, break_parts=robot.break_parts)
             if isinstance(hardware, SimulatedHardware):
                 hardware.volts = robot.player.read_volts
         link.impairments.append(manual_faults)

@@ -1,7 +1,7 @@
 """What is broken in a robot: its sensors, its camera, its wheels and its clock.
 
-Each number that a robot reads, and each thing that it drives by, has a place in three rows of its record. A number whose
-sensor is broken reads
+Each number that a robot reads, and each thing that it drives by, has a place in three rows of its record. A number
+whose sensor is broken reads
 
     factor * what it would read + shift + noise * a normal number,
 
@@ -18,7 +18,7 @@ from types import MappingProxyType
 from typing import Annotated, Final
 
 from elib.base.errors import ArgumentError
-from elib.base.rules import Choice, Number, check
+from elib.base.rules import Choice, Mistake, Number, check, shown
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import DEFECT, gauss, tick_key
 from elib.simulator.physics.records import BREAKABLE, Robot, Setting
@@ -100,8 +100,7 @@ class Defect:
         most = len(PARTS[self.of]) - 1
         for number in self.numbers:
             if number not in range(most + 1):
-                there = f"it has the numbers 0 to {most}" if most else "it has only the number 0"
-                raise ArgumentError(f"{self.of} has no number {number}", hint=there)
+                raise Mistake(f"has {shown(number)}; those of {self.of} are 0 to {most}", path=("numbers",))
         if self.of in ("wheels", "clock") and (self.shift or self.noise or self.stuck is not None):
             raise ArgumentError(f"{self.of} can only be slower or faster", hint="give a factor alone, such as 0.5")
         if self.of == "clock" and not LEAST_CLOCK <= self.factor <= FASTEST_CLOCK:
@@ -111,9 +110,6 @@ class Defect:
             )
         if self.stuck is not None and (self.factor, self.shift) != (1.0, 0.0):
             raise ArgumentError("what is stuck has neither factor nor shift", hint="give stuck alone, or with noise")
-        if (self.factor, self.shift, self.noise, self.stuck) == (1.0, 0.0, 0.0, None):
-            able = "a factor" if self.of in ("wheels", "clock") else "factor, shift, noise or stuck"
-            raise ArgumentError(f"nothing is wrong with {self.of}", hint=f"give {able}; a dead one has factor = 0")
 
     @property
     def row(self) -> tuple[float, float, float, float]:

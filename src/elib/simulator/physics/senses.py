@@ -86,7 +86,7 @@ class Senses:
         return pictures
 
     def _spoil(self, robot: int, picture: NDArray[np.uint8]) -> None:
-        """Make a picture that of a broken camera, if the robot's is: every colour of every pixel has noise of its own."""
+        """Make a picture that of a broken camera, if the robot's is; each colour of each pixel has its own noise."""
         import numpy as np
 
         world = self._state.world
