@@ -17,7 +17,14 @@ from elib.simulator.physics.defects import SENSORS
 from elib.testing import faults_of, simulated, world_of
 
 READ = (*SENSORS, "image")
-WORDS = {"accelerometer": 3.0, "gyroscope": 2.0, "magnetometer": 60.0, "distance": 0.5, "image": 200.0}
+WORDS = {
+    "proximity": 1500.0,
+    "accelerometer": 3.0,
+    "gyroscope": 2.0,
+    "magnetometer": 60.0,
+    "distance": 0.5,
+    "image": 200.0,
+}
 """What a sensor is stuck at where 300 counts are too many, in its unit."""
 
 

@@ -20,7 +20,8 @@ from elib.link.protocol.profiles import profile_named
 from elib.simulator.emulator.clock import RATE
 from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.simulation import Simulation, VirtualRobot, as_scene
-from elib.simulator.physics import Box, Colour, Cylinder, EpuckModel, Light, Pose, Snapshot, Sound, Wall, World
+from elib.simulator.physics import Box, Colour, Cylinder, Defect, EpuckModel, Light, Pose, Snapshot, Sound, Wall, World
+from elib.simulator.physics.defects import Amount, Deviation, Factor
 from elib.simulator.physics.geometry import Painted
 from elib.simulator.physics.scene import Scene
 
@@ -54,6 +55,8 @@ Frequency = Annotated[float, rule_of(Sound, "frequency")]
 Ambient = Annotated[float, rule_of(EpuckModel, "ambient")]
 
 
+Part = Annotated[str, rule_of(Defect, "of")]
+PartNumber = Annotated[int, Whole(0, 7)]
 Selector = Annotated[int, Whole(0, 15)]
 RemoteKey = Annotated[int, Whole(0, 127)]
 RemoteAddress = Annotated[int, Whole(0, 31)]
@@ -87,6 +90,7 @@ class LinkState(Struct, frozen=True, rename={"is_connected": "connected", "is_cu
         is_connected: Whether it has a program, or a port that a program can open.
         is_cut: Whether its link is cut, so that no program can reach it.
         script: What its fault script does to it now, such as ``("loss", "cut")``.
+        broken: What is broken in it now, in words.
         latency: Delay of its answers that was set by hand, s.
         jitter: Standard deviation of that delay, s.
         loss: Probability of a loss that was set by hand.
@@ -98,6 +102,7 @@ class LinkState(Struct, frozen=True, rename={"is_connected": "connected", "is_cu
     jitter: float = 0.0
     loss: float = 0.0
     script: tuple[str, ...] = ()
+    broken: tuple[str, ...] = ()
 
 
 class Control:
@@ -166,7 +171,8 @@ class Control:
         faults = virtual.manual_faults
         script = () if virtual.player is None else virtual.player.active
         link = virtual.link
-        return LinkState(link.is_connected, link.is_down, faults.latency, faults.jitter, faults.loss, script)
+        broken = tuple(str(defect) for defect in virtual.broken)
+        return LinkState(link.is_connected, link.is_down, faults.latency, faults.jitter, faults.loss, script, broken)
 
     def is_cut(self, index: int) -> bool:
         """Return whether no program can reach a robot, which is given by its index."""
@@ -501,6 +507,42 @@ class Control:
         faults = self._connected(robot).manual_faults
         for name, value in _checked(Control.set_faults, latency=latency, jitter=jitter, loss=loss).items():
             setattr(faults, name, value)
+
+    @order
+    def set_defect(
+        self,
+        robot: Which,
+        of: Part,
+        number: PartNumber | None = None,
+        *,
+        factor: Factor = 1.0,
+        shift: Amount = 0.0,
+        noise: Deviation = 0.0,
+        stuck: Amount | None = None,
+    ) -> None:
+        """Break a part of a robot, in addition to its fault script, instead of what was wrong with that by hand.
+
+        With nothing wrong it is mended. Shift, noise and what it is stuck at are in the unit of its readings.
+
+        Args:
+            robot: Name or index of the robot.
+            of: A sensor by the command that reads it, ``camera``, ``wheels`` or ``clock``.
+            number: Which of its numbers, from 0, such as a front sensor; the left wheel is 0. None for all.
+            factor: What is left of a reading; how much a wheel rolls of what its motor turns; how fast the clock goes.
+            shift: What is added to a reading.
+            noise: Standard deviation of the noise that is added.
+            stuck: What it reads whatever it is shown; None if it is not stuck.
+        """
+        numbers = () if number is None else (number,)
+        defect = Defect(of, numbers, factor=factor, shift=shift, noise=noise, stuck=stuck)
+        self._connected(robot).break_parts(f"hand {of} {number}", () if defect == Defect(of, numbers) else (defect,))
+
+    @order
+    def mend_parts(self, robot: Which) -> None:
+        """Mend all parts of a robot that were broken by hand."""
+        virtual = self._connected(robot)
+        for by in [each for each in virtual.defects if each.startswith("hand ")]:
+            virtual.break_parts(by, ())
 
     @order
     def cut(self, robot: Which) -> None:

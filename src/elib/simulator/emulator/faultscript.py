@@ -196,8 +196,8 @@ def parse(content: bytes, name: str, robots: int | None = None) -> FaultScript:
         robots: How many robots the world has; None if that is not known.
 
     Raises:
-        SimulationError: It is not TOML, names a robot that the world does not have, or a key is missing, unknown, of the
-            wrong type or out of its range.
+        SimulationError: It is not TOML, names a robot that is not there, or a key is missing, unknown, of the wrong
+            type or out of its range.
     """
     source, document = read_toml(content, name, "a fault script")
     parts = source.read_all(document, TOP, [FAULT])

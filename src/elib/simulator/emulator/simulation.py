@@ -85,6 +85,11 @@ class VirtualRobot:
     player: FaultPlayer | None = None
     defects: dict[str, tuple[Defect, ...]] = field(default_factory=dict)
 
+    @property
+    def broken(self) -> list[Defect]:
+        """Everything that is broken in it now."""
+        return [defect for each in self.defects.values() for defect in each]
+
     def break_parts(self, by: str, defects: Sequence[Defect]) -> None:
         """Break these parts of it, and mend what *by* broke before.
 
@@ -97,7 +102,7 @@ class VirtualRobot:
         self.link.catch_up()
         self.emulator.let_world_run(self.link.now)
         self.defects[by] = tuple(defects)
-        hardware.set_defects([defect for each in self.defects.values() for defect in each])
+        hardware.set_defects(self.broken)
         self.emulator.pace = hardware.pace
 
     @property
