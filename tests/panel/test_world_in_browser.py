@@ -531,7 +531,7 @@ async def test_parts_of_the_selected_robot_are_broken_and_mended_and_the_page_sa
     await set_value(tab, named("what is wrong with it"), "stuck")
     await tab.until("!!document.querySelector('details input[type=number]')")
     await set_value(tab, "document.querySelector('details input[type=number]')", 777)
-    await press(tab, "Break it")
+    await press(tab, "Break")
     await until(lambda: rig.control.world.proximity(1)[2] == 777)
     assert rig.control.world.proximity(0)[2] != 777
     await tab.until("document.body.textContent.includes('Broken now: proximity 2 stuck at 777.')")

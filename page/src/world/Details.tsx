@@ -28,8 +28,8 @@ const FAULTS: Knob<keyof LinkFaults>[] = [
 ];
 /** What can break: its name, how it is called, the names of its numbers if each can break alone, and their unit. */
 const PARTS: [of: string, label: string, numbers: string[], unit: string][] = [
-  ["proximity", "IR", SIDES, "counts"],
-  ["ambient_light", "IR, light,", SIDES, "counts"],
+  ["proximity", "IR#", SIDES, "counts"],
+  ["ambient_light", "IR#, ambient,", SIDES, "counts"],
   ["ground", "ground", ["left", "centre", "right", "cliff left", "cliff right"], "counts"],
   ["microphones", "microphone", ["right", "left", "rear", "front"], "counts"],
   ["distance", "distance", [], "m"],
@@ -41,7 +41,9 @@ const PARTS: [of: string, label: string, numbers: string[], unit: string][] = [
   ["clock", "clock", [], ""],
 ];
 const PART_CHOICES = PARTS.flatMap(([of, label, names]) =>
-  names.length ? names.map((name, k) => [`${of} ${k}`, `${label} ${name}`] as const) : [[of, label] as const],
+  names.length
+    ? names.map((name, k) => [`${of} ${k}`, `${label.replace("#", `${k}`)} ${name}`] as const)
+    : [[of, label] as const],
 );
 const ROOM: Knob = ["ambient", "Light in the room", DARK, inRoom, "Light sensors read more where it is darker."];
 const LAMP: Knob = ["intensity", "Brightness", 10, (value) => value.toFixed(1)];
@@ -283,12 +285,18 @@ function Parts({ orders, readings, robot }: OfRobot) {
       {fixed === undefined && (
         <label class="row">
           <span class="fill">{unit}</span>
-          <input type="number" step="any" value={amount} onInput={(e) => (amount.value = e.currentTarget.value)} />
+          <input
+            class="fill"
+            type="number"
+            step="any"
+            value={amount}
+            onInput={(e) => (amount.value = e.currentTarget.value)}
+          />
         </label>
       )}
       <div class="row">
-        <Button act={() => order({ [key]: Number(fixed ?? amount.value) })}>Break it</Button>
-        <Button act={() => order({})}>Mend it</Button>
+        <Button act={() => order({ [key]: Number(fixed ?? amount.value) })}>Break</Button>
+        <Button act={() => order({})}>Mend</Button>
         <Button act={() => orders.send({ do: "mend_parts", robot })}>Mend all</Button>
       </div>
       <p class="hint">{broken.length ? `Broken now: ${broken.join("; ")}.` : "All its parts work."}</p>

@@ -24,6 +24,9 @@ SCENE: Final = 8192
 START: Final = 8193
 DRAW: Final = 8194  # +0..8
 
+DEFECTS: Final = 9
+"""The row of a course's ranges that says how probable a defect is; those that may be drawn follow it."""
+
 
 class Course(NamedTuple):
     """All that the kernels of episodes work on."""
@@ -31,9 +34,8 @@ class Course(NamedTuple):
     worlds: Any  # Of type Packed; interpreted, of type Listed.
     originals: Any  # The same of each scene, as it was laid out.
     starts: Any  # (scenes, sets, robots, 4): x, y, m, cosine and sine of the heading.
-    ranges: Any  # (scenes, 9, 2): the lowest and the highest value of what is drawn.
-    defects: Any  # (defects, 4): what may be broken (elib.simulator.physics.defects).
-    broken: float  # How probable it is for each robot that one of them is.
+    ranges: Any  # (scenes, 10 + defects, 4): the lowest and the highest value of what is drawn; then how probable it is for each
+    # robot that something is broken, and a row for each thing that may be (elib.simulator.physics.defects).
     episodes: Any  # One record a world.
     memory: Any  # (worlds, robots, n): what the controllers remember.
     earned: Any  # (worlds, robots): what the robots earned in the last call.
@@ -71,13 +73,13 @@ def begin(course: Course, w: int, key: int) -> None:
     episode.delay = int(drawn(course, scene, key, 8) / setting.step + 0.5)
     episode.is_over = 0
     episode.tick = 0
-    sets = course.starts[scene]
+    sets, ranges = course.starts[scene], course.ranges[scene]
     spawn(world, sets[bits(key, START) % len(sets)], key)
     list_near(world)
     for i in range(len(world.robots)):
         robot = world.robots[i]
-        if course.broken > 0.0 and uniform(robot.key, BROKEN) < course.broken:
-            damage(robot, course.defects[bits(robot.key, BROKEN + 1) % len(course.defects)])
+        if uniform(robot.key, BROKEN) < ranges[DEFECTS][0]:
+            damage(robot, ranges[DEFECTS + 1 + bits(robot.key, BROKEN + 1) % (len(ranges) - DEFECTS - 1)])
         for n in range(len(course.memory[w][i])):
             course.memory[w][i][n] = 0.0
 

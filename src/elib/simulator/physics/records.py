@@ -70,6 +70,7 @@ class Robot:
     covered: float = 0.0  # How much of the running tick that was, s.
     left_scale: float = 1.0  # This robot's wheel radius over the nominal one.
     right_scale: float = 1.0
+    is_broken: int = 0  # 1 if the rows at the end hold.
     axle: float = 0.0  # From wheel to wheel.
     radius: float = 0.0  # Of its body.
     left_steps: float = 0.0  # Motor steps issued since the start, with the fraction of the next one.
@@ -89,8 +90,7 @@ class Robot:
     darkness: list[float] = floats(8)  # What they read with their emitters off, over what others read.
     black: list[float] = floats(5)  # What its ground sensors read over black, counts.
     white: list[float] = floats(5)  # The same over white.
-    is_broken: int = 0  # 1 if the next three rows hold: what is wrong with each number that can be broken.
-    broken_factor: list[float] = floats(BREAKABLE)
+    broken_factor: list[float] = floats(BREAKABLE)  # What is wrong with each number that can be broken.
     broken_shift: list[float] = floats(BREAKABLE)
     broken_noise: list[float] = floats(BREAKABLE)
 
