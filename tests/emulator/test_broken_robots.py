@@ -1,5 +1,6 @@
 """Robots whose sensors, wheels, cameras and clocks are broken: what programs get of it, and what they do not."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -8,11 +9,9 @@ from fault_rig import with_script
 import elib
 from elib.base.errors import SimulationError
 from elib.link.protocol.profiles import profile_named
-from elib.simulator.emulator.control import Control
-from elib.simulator.emulator.faultscript import load, parse
+from elib.simulator.emulator.faultscript import parse
 from elib.simulator.emulator.firmware import FIRMWARES
 from elib.simulator.emulator.sim_transport import SimTransport
-from elib.simulator.physics import Defect
 from elib.simulator.physics.defects import SENSORS
 from elib.testing import faults_of, simulated, world_of
 
@@ -97,7 +96,7 @@ async def test_a_slow_clock_slows_both_motors_and_their_steps(firmware: str, tmp
         for second in range(1, 9):
             await robot.sleep(second - faults_of(robot).time)
             counted.append((await robot.encoders()).left)
-        made = [after - before for before, after in zip(counted, counted[1:])]
+        made = [after - before for before, after in pairwise(counted)]
         assert made == pytest.approx([200, 100, 100, 100, 100, 200, 200], abs=12)
 
 
