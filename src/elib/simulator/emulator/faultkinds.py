@@ -682,7 +682,7 @@ class Camera(DefectKind):
 class Clock(DefectKind):
     """The robot's clock goes wrong: its motors turn, and its firmware works, so much faster or slower."""
 
-    keys = (Strength(LEAST_CLOCK, FASTEST_CLOCK, "", "factor", "seconds of the clock in one second", may_change=True),)
+    keys = (Strength(LEAST_CLOCK, FASTEST_CLOCK, "", "factor", "how fast it goes", may_change=True),)
 
 
 KINDS: Mapping[str, type[Kind]] = MappingProxyType(
