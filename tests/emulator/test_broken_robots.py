@@ -131,7 +131,6 @@ async def test_one_robot_of_a_swarm_is_broken_by_name_or_number_and_the_others_a
             "test.toml:6: fault[0].numbers has 5; those of ground are 0 to 4",
             "",
         ),
-        ('sensor = "ground"\nstuck = 1\nfactor = 2', "what is stuck has neither factor nor shift", "stuck alone"),
         ('sensor = "ground"\nstuk = 1', "test.toml:5: fault[0].stuk is not a key", "did you mean stuck?"),
         (
             'sensor = "ground"\nstuck = 1\nrobots = ["e2"]',
@@ -143,11 +142,7 @@ async def test_one_robot_of_a_swarm_is_broken_by_name_or_number_and_the_others_a
             "test.toml:6: fault[0].robots names robot 4; the world has 3",
             "",
         ),
-        (
-            'sensor = "ground"\nshift = [0, 9]',
-            "shift goes from 0 to 9, but it is not said until when",
-            "until = SECONDS",
-        ),
+        ('sensor = "ground"\nshift = [0, 9]', "shift goes from 0 to 9; it must be one number", "write shift = 0"),
     ],
 )
 def test_a_mistake_about_what_is_broken_is_named_with_its_line_and_what_there_is(

@@ -535,8 +535,8 @@ async def test_parts_of_the_selected_robot_are_broken_and_mended_and_the_page_sa
     await until(lambda: rig.control.world.proximity(1)[2] == 777)
     assert rig.control.world.proximity(0)[2] != 777
     await tab.until("document.body.textContent.includes('Broken now: proximity 2 stuck at 777.')")
-    rig.control.set_defect(1, "wheels", 0, factor=0.0)  # as another page would
-    await tab.until("document.body.textContent.includes('proximity 2 stuck at 777; wheels 0 dead.')")
+    rig.control.set_defect(1, "wheel", 0, factor=0.0)  # as another page would
+    await tab.until("document.body.textContent.includes('proximity 2 stuck at 777; wheel 0 dead.')")
     await set_value(tab, named("part"), "clock")
     await tab.until(f"{named('what is wrong with it')}.value === 'factor 0.8'")
     await press(tab, "Mend all")

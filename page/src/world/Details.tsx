@@ -37,7 +37,7 @@ const PARTS: [of: string, label: string, numbers: string[], unit: string][] = [
   ["gyroscope", "gyroscope", [], "rad/s"],
   ["magnetometer", "magnetometer", [], "µT"],
   ["camera", "camera", [], "of 255"],
-  ["wheels", "wheel", ["left", "right"], ""],
+  ["wheel", "wheel", ["left", "right"], ""],
   ["clock", "clock", [], ""],
 ];
 const PART_CHOICES = PARTS.flatMap(([of, label, names]) =>

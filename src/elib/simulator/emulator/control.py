@@ -520,18 +520,9 @@ class Control:
         noise: Deviation = 0.0,
         stuck: Amount | None = None,
     ) -> None:
-        """Break a part of a robot, in addition to its fault script, instead of what was wrong with that by hand.
+        """Break a part of a robot, on top of its fault script; with nothing wrong, mend what was broken so by hand.
 
-        With nothing wrong it is mended. Shift, noise and what it is stuck at are in the unit of its readings.
-
-        Args:
-            robot: Name or index of the robot.
-            of: A sensor by the command that reads it, ``camera``, ``wheels`` or ``clock``.
-            number: Which of its numbers, from 0, such as a front sensor; the left wheel is 0. None for all.
-            factor: What is left of a reading; how much a wheel rolls of what its motor turns; how fast the clock goes.
-            shift: What is added to a reading.
-            noise: Standard deviation of the noise that is added.
-            stuck: What it reads whatever it is shown; None if it is not stuck.
+        Keys are those of :class:`~elib.simulator.physics.Defect`; a *number* of None stands for all.
         """
         numbers = () if number is None else (number,)
         defect = Defect(of, numbers, factor=factor, shift=shift, noise=noise, stuck=stuck)

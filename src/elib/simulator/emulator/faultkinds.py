@@ -15,6 +15,7 @@ from typing import Annotated, Any, ClassVar, Protocol
 from elib.base.errors import ArgumentError
 from elib.base.rules import Choice, Number, Several, Whole, check
 from elib.base.tables import Key
+from elib.simulator.emulator.faults import Fault, both
 from elib.simulator.emulator.link import Link
 from elib.simulator.physics.defects import FASTEST_CLOCK, LEAST_CLOCK, SENSORS, Defect
 
@@ -23,6 +24,8 @@ MAX_TIME = 1e6
 
 MAX_CHANGES = 1000
 """Beginnings and ends of cuts in a row after which a link counts as dead for good."""
+
+WHEELS = "left", "right"
 
 Start = Annotated[float, Number(0, MAX_TIME, "s", example="5")]
 Span = Annotated[float, Number(0.001, MAX_TIME, "s", example="5")]
@@ -178,11 +181,6 @@ class TimedFault:
         """Whether it is a fault of this robot, counted from 0."""
         return not self.robots or robot + 1 in self.robots
 
-    @property
-    def is_changing(self) -> bool:
-        """Whether a strength changes while it holds."""
-        return any(ramp.first != ramp.last for ramp in self.strengths.values())
-
     def level(self, key: str, share: float) -> float:
         """Return the strength *key* when *share*, 0 to 1, of the fault's span has passed."""
         ramp = self.strengths.get(key)
@@ -205,25 +203,6 @@ class TimedFault:
                 f"{key.name} goes from {ramp.first:g} to {ramp.last:g}, but it is not said until when",
                 hint="write until = SECONDS",
             )
-
-
-@dataclass(slots=True)
-class Fate:
-    """What becomes of one answer.
-
-    Attributes:
-        lose: Nothing of it comes.
-        halve: Only its first half comes.
-        corrupt: A bit of one of its first bytes is inverted.
-        copy_after: When it comes once more, s after its end; None for never.
-        delay: How much later it comes, s.
-    """
-
-    lose: bool = False
-    halve: bool = False
-    corrupt: bool = False
-    copy_after: float | None = None
-    delay: float = 0.0
 
 
 @dataclass(slots=True)
@@ -305,8 +284,9 @@ class Kind:
         """Whether no program can talk to the robot because of it."""
         return False
 
-    def hit(self, time: float, answer: Fate) -> None:
-        """Change what becomes of an answer that leaves the robot at *time*."""
+    def hit(self, time: float) -> Fault | None:
+        """Return what goes wrong with an answer that leaves the robot at *time*; None for nothing."""
+        return None
 
     def play(self, time: float) -> None:
         """Do what is due at *time*."""
@@ -319,16 +299,21 @@ class Kind:
 class AnswerKind(Kind):
     """A kind that hits single answers, by chance."""
 
-    def hit(self, time: float, answer: Fate) -> None:
+    what: ClassVar[Fault] = Fault()
+    """What it does to an answer."""
+
+    def hit(self, time: float) -> Fault | None:
         """Draw for each fault whether it hits the answer."""
+        found = None
         for fault, chance in self.faults:
             share = fault.when.share(time)
             if share is not None and chance.random() < fault.level("probability", share):
-                self._change(answer, fault, share, chance)
+                found = both(found, self._made(fault, share, chance))
+        return found
 
-    def _change(self, answer: Fate, fault: TimedFault, share: float, chance: Random) -> None:
-        """Change what becomes of an answer that is hit when *share* of the fault's span has passed."""
-        raise NotImplementedError
+    def _made(self, fault: TimedFault, share: float, chance: Random) -> Fault:
+        """Return what becomes of an answer that is hit when *share* of the fault's span has passed."""
+        return self.what
 
 
 class HeldKind(Kind):
@@ -367,9 +352,7 @@ class Loss(AnswerKind):
     """A whole answer is lost."""
 
     keys = (_probability(),)
-
-    def _change(self, answer: Fate, fault: TimedFault, share: float, chance: Random) -> None:
-        answer.lose = True
+    what = Fault(lose=True)
 
 
 class Delay(AnswerKind):
@@ -381,9 +364,9 @@ class Delay(AnswerKind):
         _probability(1.0),
     )
 
-    def _change(self, answer: Fate, fault: TimedFault, share: float, chance: Random) -> None:
+    def _made(self, fault: TimedFault, share: float, chance: Random) -> Fault:
         jitter = chance.gauss(0.0, 1.0) * fault.level("jitter", share)
-        answer.delay += max(0.0, fault.level("delay", share) + jitter)
+        return Fault(delay=max(0.0, fault.level("delay", share) + jitter))
 
 
 class Duplicate(AnswerKind):
@@ -391,26 +374,22 @@ class Duplicate(AnswerKind):
 
     keys = (_probability(), Strength(0, 60, "s", "after", "from its end to the copy", 0.0))
 
-    def _change(self, answer: Fate, fault: TimedFault, share: float, chance: Random) -> None:
-        answer.copy_after = fault.level("after", share)
+    def _made(self, fault: TimedFault, share: float, chance: Random) -> Fault:
+        return Fault(copy_after=fault.level("after", share))
 
 
 class Halve(AnswerKind):
     """Only the first half of an answer comes."""
 
     keys = (_probability(),)
-
-    def _change(self, answer: Fate, fault: TimedFault, share: float, chance: Random) -> None:
-        answer.halve = True
+    what = Fault(halve=True)
 
 
 class Corrupt(AnswerKind):
     """The highest bit of one of an answer's first bytes is inverted."""
 
     keys = (_probability(),)
-
-    def _change(self, answer: Fate, fault: TimedFault, share: float, chance: Random) -> None:
-        answer.corrupt = True
+    what = Fault(corrupt="random")
 
 
 class Noise(Kind):
@@ -553,13 +532,13 @@ class Battery(Kind):
         share = fault.when.share(time)
         return fault.level("volts", 1.0 if share is None else share)
 
-    def hit(self, time: float, answer: Fate) -> None:
+    def hit(self, time: float) -> Fault | None:
         """Delay the answer of a robot with a weak battery: more, the emptier it is."""
         fault, volts = self._last_begun(time), self.volts(time)
         if fault is None or volts is None or volts >= WEAK:
-            return
+            return None
         slows, empty = fault.level("slows", 0.0), fault.level("empty", 0.0)
-        answer.delay += slows * min(1.0, (WEAK - volts) / (WEAK - empty)) if empty < WEAK else slows
+        return Fault(delay=slows * min(1.0, (WEAK - volts) / (WEAK - empty)) if empty < WEAK else slows)
 
     def play(self, time: float) -> None:
         """Switch the robot off when the battery is empty."""
@@ -589,88 +568,67 @@ def _empty_at(fault: TimedFault) -> float:
     return start + (end - start) * (first - empty) / (first - last)
 
 
-DRIFT = 0.1
-"""s between two steps of something in the robot that changes meanwhile."""
-
-
-def _reading(unit: str = "", whose: str = "the reading") -> tuple[Strength, ...]:
-    """Return the keys of what is read: the unit is that of the reading."""
+def _reading(unit: str, whose: str) -> tuple[Strength, ...]:
+    """Return the keys of what is read."""
     return (
-        Strength(-1e5, 1e5, unit, "stuck", f"what {whose} always is", math.nan, may_change=True),
-        Strength(-1e5, 1e5, unit, "shift", f"what is added to {whose}", 0.0, may_change=True),
-        Strength(0, 1e5, unit, "noise", "standard deviation of noise that is added", 0.0, may_change=True),
-        Strength(0, 100, "", "factor", f"what is left of {whose}; 0 if it is dead", 1.0, may_change=True),
+        Strength(-1e5, 1e5, unit, "stuck", f"what {whose} is, whatever there is", math.nan),
+        Strength(-1e5, 1e5, unit, "shift", f"what is added to {whose}", 0.0),
+        Strength(0, 1e5, unit, "noise", "standard deviation of noise that is added", 0.0),
+        Strength(0, 100, "", "factor", f"what is left of {whose}; 0 if it is dead", 1.0),
     )
 
 
-class DefectKind(Kind):
+class DefectKind(HeldKind):
     """A kind that breaks a part of the robot from its beginning to its end."""
 
     _broken: tuple[Defect, ...] = ()
 
-    @classmethod
-    def part(cls, fault: TimedFault) -> tuple[str, tuple[int, ...]]:
-        """Return what is broken, and which of its numbers."""
-        return cls.__name__.lower(), ()
+    @property
+    def blocks_robot(self) -> bool:
+        """Whether no program can talk to the robot because of it."""
+        return False
 
     @classmethod
     def check(cls, fault: TimedFault) -> None:
         """Refuse a fault with which everything works, and one of a number that the part does not have."""
         if not fault.strengths:
             raise ArgumentError("nothing is wrong", hint=f"write {' or '.join(key.name for key in cls.keys)}")
-        for share in (0.0, 1.0):
-            cls.defect(fault, share)
+        cls.defect(fault)
 
     @classmethod
-    def defect(cls, fault: TimedFault, share: float) -> Defect:
-        """Return what is broken when *share* of the fault's span has passed."""
-        given: dict[str, Any] = {key.name: fault.level(key.name, share) for key in cls.keys}
-        if math.isnan(given.get("stuck", 0.0)):
-            del given["stuck"]
-        return Defect(*cls.part(fault), **given)
+    def defect(cls, fault: TimedFault) -> Defect:
+        """Return what is broken."""
+        strengths = {key.name: fault.level(key.name, 0.0) for key in cls.keys}
+        given: dict[str, Any] = {name: value for name, value in strengths.items() if not math.isnan(value)}
+        wheel, numbers = fault.which.get("wheel"), fault.which.get("numbers", ())
+        return Defect(
+            fault.which.get("sensor", fault.kind), numbers if wheel is None else (WHEELS.index(wheel),), **given
+        )
 
     def play(self, time: float) -> None:
         """Break and mend what is due."""
-        shares = ((fault, fault.when.share(time)) for fault, _ in self.faults)
-        broken = tuple(self.defect(fault, share) for fault, share in shares if share is not None)
+        broken = tuple(self.defect(fault) for fault, _ in self.faults if fault.when.share(time) is not None)
         if broken != self._broken:
             self._broken = broken
             self.player.tally.defects += 1
             self.player.break_parts(type(self).__name__, broken)
 
-    def next_change(self, time: float) -> float:
-        """Return when one of the faults begins, ends, or has changed a little."""
-        changes = [fault.when.next_change(time) for fault, _ in self.faults]
-        if any(fault.is_changing and fault.when.share(time) is not None for fault, _ in self.faults):
-            changes.append(time + DRIFT)
-        return min(changes)
-
 
 class Sensor(DefectKind):
-    """A sensor reads something wrong: stuck, dead, shifted, weak or noisy. Units are those of its readings, in SI."""
+    """A sensor reads something wrong: stuck, dead, shifted, weak or noisy, in the unit of its readings."""
 
-    keys = _reading("the sensor's")
+    keys = _reading("", "the reading")
     names = (
-        Key("sensor", Choice(tuple(SENSORS), example='"proximity"'), ("sensor",)),
+        Key("sensor", Choice(SENSORS, example='"proximity"'), ("sensor",)),
         Key("numbers", Several(Whole(0, 7), 1, 8, example="[0, 7]", otherwise="all"), ("numbers",), ((),)),
     )
-
-    @classmethod
-    def part(cls, fault: TimedFault) -> tuple[str, tuple[int, ...]]:
-        """Return the sensor."""
-        return fault.which["sensor"], fault.which.get("numbers", ())
 
 
 class Wheel(DefectKind):
     """A wheel rolls less than its motor turns it. The step counters do not notice."""
 
-    keys = (Strength(0, 100, "", "factor", "how much of its way it rolls; 0 if it is loose", may_change=True),)
-    names = (Key("wheel", Choice(("left", "right", "both"), example='"left"'), ("wheel",), ("both",)),)
-
-    @classmethod
-    def part(cls, fault: TimedFault) -> tuple[str, tuple[int, ...]]:
-        """Return the wheel."""
-        return "wheels", {"left": (0,), "right": (1,)}.get(fault.which.get("wheel", ""), ())
+    keys = (Strength(0, 100, "", "factor", "how much of its way it rolls; 0 if it is loose"),)
+    names = (Key("wheel", Choice(WHEELS, example='"left"', otherwise="both"), ("wheel",), ((),)),)
 
 
 class Camera(DefectKind):
@@ -682,7 +640,7 @@ class Camera(DefectKind):
 class Clock(DefectKind):
     """The robot's clock goes wrong: its motors turn, and its firmware works, so much faster or slower."""
 
-    keys = (Strength(LEAST_CLOCK, FASTEST_CLOCK, "", "factor", "how fast it goes", may_change=True),)
+    keys = (Strength(LEAST_CLOCK, FASTEST_CLOCK, "", "factor", "how fast it goes"),)
 
 
 KINDS: Mapping[str, type[Kind]] = MappingProxyType(

@@ -7,11 +7,10 @@ import dataclasses
 import math
 import random
 from collections.abc import Callable, Sequence
-from typing import Literal
 
 from elib.base.timebase import SimulatedLoop
-from elib.simulator.emulator.faultkinds import KINDS, Battery, Counts, Cut, Fate, TimedFault
-from elib.simulator.emulator.faults import Fault
+from elib.simulator.emulator.faultkinds import KINDS, Battery, Counts, Cut, TimedFault
+from elib.simulator.emulator.faults import Fault, both
 from elib.simulator.emulator.faultscript import FaultScript
 from elib.simulator.emulator.link import Link
 from elib.simulator.physics.defects import Defect
@@ -36,23 +35,15 @@ class FaultPlayer:
         script: What happens, and when.
         robot: Which robot of its world this is; each draws its own random numbers.
         seed: Instead of the script's.
-        break_parts: Called with a kind of fault and what that breaks in the robot from now on, instead of before.
 
     Attributes:
         script: The script.
         link: As given.
+        break_parts: Called with a kind of fault and what that breaks in the robot from now on, instead of before.
         tally: Numbers of what the script has done so far.
     """
 
-    def __init__(
-        self,
-        link: Link,
-        script: FaultScript,
-        *,
-        robot: int = 0,
-        seed: int | None = None,
-        break_parts: Callable[[str, Sequence[Defect]], object] = lambda by, defects: None,
-    ) -> None:
+    def __init__(self, link: Link, script: FaultScript, *, robot: int = 0, seed: int | None = None) -> None:
         self.script = script
         self.link = link
         self.tally = Counts()
@@ -63,7 +54,7 @@ class FaultPlayer:
         self._timer: asyncio.TimerHandle | None = None
         base = script.seed if seed is None else seed
         faults: dict[str, list[tuple[TimedFault, random.Random]]] = {}
-        self.break_parts = break_parts
+        self.break_parts: Callable[[str, Sequence[Defect]], object] = lambda by, defects: None
         self._own = [(index, fault) for index, fault in enumerate(script.faults) if fault.hits(robot)]
         for index, fault in self._own:
             chance = random.Random(f"{base} robot {robot} fault {index}")
@@ -145,23 +136,20 @@ class FaultPlayer:
         """Return what goes wrong with an answer that leaves the robot at *time*, s since the link's origin."""
         if self._began is None:
             return None
-        fate = Fate()
+        fate = Fault()
         for kind in self._kinds.values():
-            kind.hit(time - self._began, fate)
-        is_bad = fate.lose or fate.halve or fate.corrupt or fate.delay >= 1
+            if (more := kind.hit(time - self._began)) is not None:
+                fate = both(fate, more)
+        is_corrupt = fate.corrupt is not None
+        is_bad = fate.lose or fate.halve or is_corrupt or fate.delay >= 1
         self._faults_in_a_row = self._faults_in_a_row + 1 if is_bad else 0
         self.tally.answers += 1
         self.tally.lost += fate.lose
-        if fate.lose:  # nothing is left of it that could have another fault
-            return Fault(lose=True)
         self.tally.halved += fate.halve
-        self.tally.corrupted += fate.corrupt
+        self.tally.corrupted += is_corrupt
         self.tally.duplicated += fate.copy_after is not None
         self.tally.delayed += fate.delay > 0
-        if fate == Fate():
-            return None
-        corrupt: Literal["random"] | None = "random" if fate.corrupt else None
-        return Fault(halve=fate.halve, corrupt=corrupt, copy_after=fate.copy_after, delay=fate.delay)
+        return None if fate == Fault() else fate
 
     # -- what happens by itself --
 

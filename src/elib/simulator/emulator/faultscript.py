@@ -47,7 +47,7 @@ from typing import Annotated, Any, cast
 
 from elib.base.errors import ArgumentError
 from elib.base.files import FAULTS
-from elib.base.rules import Choice, Mistake, Number, Rule, Seed, check, is_whole, rule_of
+from elib.base.rules import Choice, Mistake, Number, Rule, Seed, check, rule_of
 from elib.base.tables import Key, Table, content_of, keys_of, others, read_toml, shipped
 from elib.simulator.emulator.faultkinds import KINDS, Ramp, Strength, TimedFault, When
 
@@ -150,15 +150,13 @@ class _Robots(Rule):
 
     def accept(self, value: object) -> tuple[int, ...]:
         """Return their numbers, from 1."""
-        if not isinstance(value, list) or not value:
+        robots = value if isinstance(value, list) else ()
+        numbers = [re.fullmatch(r"(?:epuck-)?([1-9][0-9]{0,8})", str(each)) for each in robots]
+        if not numbers or not all(numbers):
             raise self.refuse(value)
-        found = [int(each[6:]) if isinstance(each, str) and _NAME.fullmatch(each) else each for each in value]
-        if not all(is_whole(each) and 0 < each < MAX_NUMBER for each in found):
-            raise self.refuse(value)
-        return tuple(found)
+        return tuple(int(number[1]) for number in numbers if number)
 
 
-_NAME = re.compile(r"epuck-\d{1,9}", re.ASCII)
 ROBOTS = Key("robots", _Robots(example='["epuck-2"]', otherwise="all"), ("robots",), ((),))
 FAULT = _FaultTable(
     "fault", "What goes wrong.", TimedFault, (Key("kind", Choice(tuple(KINDS), example='"loss"'), ("kind",)),)
@@ -204,11 +202,9 @@ def parse(content: bytes, name: str, robots: int | None = None) -> FaultScript:
     top = cast("dict[str, Any]", parts[""][0])
     faults = cast("list[TimedFault]", parts["fault"])
     for index, fault in enumerate(faults):
-        for number in fault.robots:
-            if robots is not None and number > robots:
-                there = "epuck-1" if robots == 1 else f"epuck-1 to epuck-{robots}"
-                mistake = Mistake(f"names robot {number}; the world has {robots}: {there}", path=("robots",))
-                raise source.error(("fault", index), mistake)
+        if robots is not None and max(fault.robots, default=0) > robots:
+            what = f"names robot {max(fault.robots)}; the world has {robots}, epuck-1 to epuck-{robots}"
+            raise source.error(("fault", index), Mistake(what, path=("robots",)))
     return FaultScript(name, faults=tuple(faults), **top)
 
 

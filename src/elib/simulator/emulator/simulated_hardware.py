@@ -162,21 +162,18 @@ class SimulatedHardware:
 
     def drive(self, left: float, right: float) -> None:
         """Turn the wheels at these step rates from the time of the last :meth:`advance` on, steps/s."""
-        rim = METRES_PER_STEP * self.pace  # the clock times the motors
+        # The robot's clock times its motors.
+        rim = METRES_PER_STEP * pace(self.world.records.robots[self.robot_index])
         speeds = left * rim, right * rim
         self.world.set_wheel_speeds(self.robot_index, *speeds, at=self._now)
         self._rates = left, right
         self._load()
 
-    @property
-    def pace(self) -> float:
-        """How fast the robot's clock goes: 1 if it is not broken."""
-        return float(pace(self.world.records.robots[self.robot_index]))
-
-    def set_defects(self, defects: Sequence[Defect]) -> None:
-        """Break these parts of the robot from the last :meth:`advance` on, and mend all others."""
+    def set_defects(self, defects: Sequence[Defect]) -> float:
+        """Break these parts of the robot, and mend all others; return how fast its clock goes now."""
         self.world.set_defects(self.robot_index, defects)
         self.drive(*self._rates)
+        return float(pace(self.world.records.robots[self.robot_index]))
 
     def show(self, lights: Lights) -> None:
         """Set all lamps."""

@@ -91,19 +91,13 @@ class VirtualRobot:
         return [defect for each in self.defects.values() for defect in each]
 
     def break_parts(self, by: str, defects: Sequence[Defect]) -> None:
-        """Break these parts of it, and mend what *by* broke before.
-
-        Raises:
-            SimulationError: Its readings are constant.
-        """
-        hardware = self.hardware
-        if not isinstance(hardware, SimulatedHardware):
+        """Break these parts of it, and mend what *by* broke before: a SimulationError if its readings are constant."""
+        if not isinstance(self.hardware, SimulatedHardware):
             raise SimulationError("constant readings have no parts that break", hint="leave --hardware out")
         self.link.catch_up()
         self.emulator.let_world_run(self.link.now)
         self.defects[by] = tuple(defects)
-        hardware.set_defects(self.broken)
-        self.emulator.pace = hardware.pace
+        self.emulator.pace = self.hardware.set_defects(self.broken)
 
     @property
     def opens_in(self) -> float:
@@ -346,7 +340,8 @@ class Simulation:
         manual_faults = ManualFaults(f"{self.settings.seed or 0} control {index}")
         robot = VirtualRobot(index, settings, firmware, hardware, emulator, link, manual_faults)
         if script is not None:
-            robot.player = FaultPlayer(link, script, robot=index, seed=settings.seed, break_parts=robot.break_parts)
+            robot.player = FaultPlayer(link, script, robot=index, seed=settings.seed)
+            robot.player.break_parts = robot.break_parts
             if isinstance(hardware, SimulatedHardware):
                 hardware.volts = robot.player.read_volts
         link.impairments.append(manual_faults)

@@ -34,8 +34,8 @@ class Course(NamedTuple):
     worlds: Any  # Of type Packed; interpreted, of type Listed.
     originals: Any  # The same of each scene, as it was laid out.
     starts: Any  # (scenes, sets, robots, 4): x, y, m, cosine and sine of the heading.
-    # (scenes, 10 + defects, 4): the lowest and the highest value of what is drawn; how probable it is for each robot that
-    # something is broken; and a row for each thing that may be (elib.simulator.physics.defects).
+    # (scenes, 10 + defects, 4): the lowest and the highest value of what is drawn; how probable it is that something is
+    # broken in a robot; and a row for each thing that may be (elib.simulator.physics.defects).
     ranges: Any
     episodes: Any  # One record a world.
     memory: Any  # (worlds, robots, n): what the controllers remember.

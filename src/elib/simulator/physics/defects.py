@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import sqrt
-from types import MappingProxyType
-from typing import Annotated, Final
+from typing import Annotated
 
 from elib.base.errors import ArgumentError
 from elib.base.rules import Choice, Mistake, Number, check, shown
@@ -23,42 +23,19 @@ from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import DEFECT, gauss, tick_key
 from elib.simulator.physics.records import BREAKABLE, Robot, Setting
 
-PROXIMITY_AT: Final = 0
-AMBIENT_LIGHT_AT: Final = 8
-GROUND_AT: Final = 16
-MICROPHONES_AT: Final = 21
-DISTANCE_AT: Final = 25
-ACCELEROMETER_AT: Final = 26
-GYROSCOPE_AT: Final = 29
-MAGNETOMETER_AT: Final = 32
-CAMERA_AT: Final = 35
-WHEELS_AT: Final = 36
-CLOCK_AT: Final = 38
+(PROXIMITY_AT, AMBIENT_LIGHT_AT, GROUND_AT, MICROPHONES_AT, DISTANCE_AT) = 0, 8, 16, 21, 25
+(ACCELEROMETER_AT, GYROSCOPE_AT, MAGNETOMETER_AT, CAMERA_AT, WHEEL_AT, CLOCK_AT) = 26, 29, 32, 35, 36, 38
 """Where the numbers of each part begin in the rows."""
 
-SENSORS = MappingProxyType(
-    {
-        "proximity": range(PROXIMITY_AT, AMBIENT_LIGHT_AT),
-        "ambient_light": range(AMBIENT_LIGHT_AT, GROUND_AT),
-        "ground": range(GROUND_AT, MICROPHONES_AT),
-        "microphones": range(MICROPHONES_AT, DISTANCE_AT),
-        "distance": range(DISTANCE_AT, ACCELEROMETER_AT),
-        "accelerometer": range(ACCELEROMETER_AT, GYROSCOPE_AT),
-        "gyroscope": range(GYROSCOPE_AT, MAGNETOMETER_AT),
-        "magnetometer": range(MAGNETOMETER_AT, CAMERA_AT),
-    }
+SENSORS = (
+    *("proximity", "ambient_light", "ground", "microphones"),
+    *("distance", "accelerometer", "gyroscope", "magnetometer"),
 )
-"""The sensors that can break, by the names of the commands that read them, and where their numbers are in the rows."""
+"""The sensors that can break, by the names of the commands that read them."""
 
-PARTS = MappingProxyType(
-    {
-        **SENSORS,
-        "camera": range(CAMERA_AT, WHEELS_AT),
-        "wheels": range(WHEELS_AT, CLOCK_AT),
-        "clock": range(CLOCK_AT, BREAKABLE),
-    }
-)
-"""All that can break."""
+_PLACES = pairwise((0, 8, 16, 21, 25, 26, 29, 32, 35, 36, 38, BREAKABLE))
+PARTS = {name: range(*ends) for name, ends in zip((*SENSORS, "camera", "wheel", "clock"), _PLACES, strict=True)}
+"""All that can break, and where its numbers are in the rows."""
 
 LEAST_CLOCK, FASTEST_CLOCK = 0.1, 2.0
 """How slow and how fast a broken clock goes at most: no motor then turns a wheel too far in a tick."""
@@ -72,23 +49,22 @@ Deviation = Annotated[float, Number(0, 1e5)]
 class Defect:
     """A part of a robot that is broken. Of a broken sensor nothing tells but its readings.
 
-    Shift, noise and the value at which a sensor is stuck have the unit of the sensor's readings in a
-    :class:`~elib.simulator.physics.World`: counts, m, m/s2, rad/s, microtesla; of the camera 0..255 of each colour.
+    Shift, noise and what it is stuck at have the unit of the readings of a :class:`~elib.simulator.physics.World`:
+    counts, m, m/s2, rad/s, microtesla; of the camera 0..255 of each colour.
 
     Attributes:
-        of: The part: a sensor by the command that reads it, ``camera``, ``wheels`` or ``clock``.
-        numbers: Which of its numbers, from 0, such as the two front sensors ``(0, 7)``; the left wheel is 0. Empty for
-            all.
-        factor: What is left of a reading; how much a wheel rolls of what its motor turns; how fast the clock goes.
+        of: The part: a sensor by the command that reads it, ``camera``, ``wheel`` or ``clock``.
+        numbers: Which of its numbers, from 0, such as ``(0, 7)``; the left wheel is 0. Empty for all.
+        factor: How much is left of a reading, or of a wheel's way; how fast the clock goes.
         shift: What is added to a reading.
         noise: Standard deviation of the noise that is added.
-        stuck: What it reads whatever it is shown; None if it is not stuck.
+        stuck: What it reads whatever there is, without factor and shift; None if it is not stuck.
 
     Raises:
         ArgumentError: There is no such part or number, or a part cannot break like this.
     """
 
-    of: Annotated[str, Choice(tuple(PARTS))]
+    of: Annotated[str, Choice((*PARTS,))]
     numbers: tuple[int, ...] = ()
     factor: Factor = 1.0
     shift: Amount = 0.0
@@ -97,19 +73,14 @@ class Defect:
 
     def __post_init__(self) -> None:
         check(self)
-        most = len(PARTS[self.of]) - 1
+        there = range(len(PARTS[self.of]))
         for number in self.numbers:
-            if number not in range(most + 1):
-                raise Mistake(f"has {shown(number)}; those of {self.of} are 0 to {most}", path=("numbers",))
-        if self.of in ("wheels", "clock") and (self.shift or self.noise or self.stuck is not None):
-            raise ArgumentError(f"{self.of} can only be slower or faster", hint="give a factor alone, such as 0.5")
-        if self.of == "clock" and not LEAST_CLOCK <= self.factor <= FASTEST_CLOCK:
-            raise ArgumentError(
-                f"the clock goes {self.factor:g} times as fast as it should",
-                hint=f"give a factor from {LEAST_CLOCK:g} to {FASTEST_CLOCK:g}",
-            )
-        if self.stuck is not None and (self.factor, self.shift) != (1.0, 0.0):
-            raise ArgumentError("what is stuck has neither factor nor shift", hint="give stuck alone, or with noise")
+            if number not in there:
+                raise Mistake(f"has {shown(number)}; those of {self.of} are 0 to {there[-1]}", path=("numbers",))
+        if self.of in ("wheel", "clock") and (self.shift, self.noise, self.stuck) != (0.0, 0.0, None):
+            raise ArgumentError(f"a {self.of} can only be slower or faster", hint="give a factor alone, such as 0.5")
+        if self.of == "clock":
+            Number(LEAST_CLOCK, FASTEST_CLOCK).require(self.factor, "factor", "the clock's ")
 
     @property
     def row(self) -> tuple[float, float, float, float]:
@@ -120,17 +91,16 @@ class Defect:
         return float(bits), factor, shift, self.noise
 
     def __str__(self) -> str:
-        which = " ".join([self.of, *map(str, self.numbers)])
-        how = [f"stuck at {self.stuck:g}"] if self.stuck is not None else []
-        if self.factor != 1.0:
-            how.append("dead" if self.factor == 0.0 else f"x {self.factor:g}")
-        how += [f"{self.shift:+g}"] if self.shift else []
-        return " ".join([which, *how, *([f"± {self.noise:g}"] if self.noise else [])])
+        """What is broken, in words."""
+        dead = "dead" if self.factor == 0.0 else f"x {self.factor:g}"
+        said = [f"stuck at {self.stuck:g}" if self.stuck is not None else "", dead if self.factor != 1.0 else ""]
+        said += [f"{self.shift:+g}" if self.shift else "", f"± {self.noise:g}" if self.noise else ""]
+        return " ".join([self.of, *map(str, self.numbers), *filter(None, said)])
 
 
 @kernel
 def damage(robot: Robot, row: Sequence[float]) -> None:
-    """Break what :attr:`Defect.row` says, on top of what is broken already."""
+    """Break what :attr:`Defect.row` says, on top of what is broken already. A wheel then is as if it were smaller."""
     if robot.is_broken == 0:
         robot.is_broken = 1
         for n in range(BREAKABLE):
@@ -144,6 +114,10 @@ def damage(robot: Robot, row: Sequence[float]) -> None:
             robot.broken_factor[n] *= row[1]
             robot.broken_shift[n] = row[1] * robot.broken_shift[n] + row[2]
             robot.broken_noise[n] = sqrt(before * before + row[3] * row[3])
+    if (bits >> WHEEL_AT) & 1:
+        robot.left_scale *= row[1]
+    if (bits >> WHEEL_AT) & 2:
+        robot.right_scale *= row[1]
 
 
 @kernel
@@ -155,6 +129,12 @@ def spoiled(setting: Setting, robot: Robot, n: int, value: float) -> float:
     if robot.broken_noise[n] > 0.0:
         value += robot.broken_noise[n] * gauss(tick_key(robot.key, setting.tick), DEFECT + n)
     return value
+
+
+@kernel
+def spoiled_counts(setting: Setting, robot: Robot, n: int, counts: int) -> int:
+    """Return what number *n*, of 12 bits, reads instead of *counts*."""
+    return int(min(max(spoiled(setting, robot, n, 1.0 * counts), 0.0), 4095.0) + 0.5)
 
 
 @kernel

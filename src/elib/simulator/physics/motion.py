@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP
-from elib.simulator.physics.defects import WHEELS_AT, pace
+from elib.simulator.physics.defects import pace
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import MASK, MOTOR, STRIDE, mix, tick_key
 from elib.simulator.physics.records import Records, Robot, Tables
@@ -82,9 +82,6 @@ def move(world: Records) -> None:
             word = mix((tick_key(robot.key, setting.tick) + MOTOR * STRIDE) & MASK)
             left *= 1.0 + noise * tables.quantiles[word & 1023]
             right *= 1.0 + noise * tables.quantiles[(word >> 10) & 1023]
-        if robot.is_broken:
-            left *= robot.broken_factor[WHEELS_AT]
-            right *= robot.broken_factor[WHEELS_AT + 1]
         roll(robot, left * robot.left_scale, right * robot.right_scale)
 
 

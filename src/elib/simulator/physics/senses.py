@@ -87,19 +87,14 @@ class Senses:
 
     def _spoil(self, robot: int, picture: NDArray[np.uint8]) -> None:
         """Make a picture that of a broken camera, if the robot's is; each colour of each pixel has its own noise."""
-        import numpy as np
+        here, n = self._state.world.robots[robot], CAMERA_AT
+        if here.is_broken:
+            import numpy as np
 
-        world = self._state.world
-        setting, here = world.setting[0], world.robots[robot]
-        if not here.is_broken:
-            return
-        seen = here.broken_factor[CAMERA_AT] * picture + here.broken_shift[CAMERA_AT]
-        if here.broken_noise[CAMERA_AT] > 0.0:
-            key = bits(tick_key(int(here.key), int(setting.tick)), DEFECT + CAMERA_AT)
-            words: Any = (key + np.arange(picture.size) * STRIDE) & MASK
-            drawn = np.array(quantiles())[mix(words) & 1023]
-            seen = seen + here.broken_noise[CAMERA_AT] * drawn.reshape(picture.shape)
-        picture[...] = np.clip(np.rint(seen), 0, 255)
+            key = bits(tick_key(int(here.key), int(self._state.world.setting[0].tick)), DEFECT + n)
+            words: Any = mix((key + np.arange(picture.size) * STRIDE) & MASK)  # type: ignore[arg-type]
+            noise = here.broken_noise[n] * np.array(quantiles())[words & 1023].reshape(picture.shape)
+            picture[...] = (here.broken_factor[n] * picture + here.broken_shift[n] + noise).round().clip(0, 255)
 
     def _seen(self, shown: NDArray[np.int64]) -> CameraScene:
         """Return what there is to see, for the camera."""

@@ -98,6 +98,7 @@ class World(ReadableWorld):
         self._boards = RangeAndBearing(self._state)
         self._mover = Mover(self._state)
         self._settled: dict[int, tuple[float, float]] = {}
+        self._wheels: dict[int, tuple[float, float]] = {}  # of robots of which something was broken, as they are whole
         self._lamps: dict[int, Lamps] = {}
         self._memory: Any = None
         self._memory_size = 0
@@ -258,6 +259,7 @@ class World(ReadableWorld):
         self._senses.forget()
         self._boards.forget()
         self._settled.clear()
+        self._wheels.clear()
         self._lamps.clear()
         self._memory, self._memory_size = None, 0
 
@@ -362,10 +364,12 @@ class World(ReadableWorld):
         """Set the wheel radii of *robot*, over the nominal one, and its axle, m."""
         here = self._robot(robot)
         here.left_scale, here.right_scale, here.axle = left, right, axle
+        self._wheels.pop(robot, None)
 
     def set_defects(self, robot: int, defects: Sequence[Defect]) -> None:
         """Break these parts of a robot, and mend all others. A clock holds from the next wheel speeds on."""
         here = self._robot(robot)
+        here.left_scale, here.right_scale = self._wheels.setdefault(robot, (here.left_scale, here.right_scale))
         here.is_broken = 0
         for defect in defects:
             damage(here, defect.row)

@@ -20,7 +20,7 @@ from math import sqrt
 from typing import Final
 
 from elib.simulator.physics.body import HEIGHT, RADIUS
-from elib.simulator.physics.defects import AMBIENT_LIGHT_AT, spoiled
+from elib.simulator.physics.defects import AMBIENT_LIGHT_AT, spoiled_counts
 from elib.simulator.physics.elementary import QUARTER_TURN, arc_cosine, exponential
 from elib.simulator.physics.engine import kernel, phase
 from elib.simulator.physics.noise import AMBIENT, gauss, tick_key
@@ -50,11 +50,8 @@ def read(world: Records, i: int) -> None:
     key = tick_key(robot.key, world.setting[0].tick)
     scratch = world.scratch[robot.lane]
     for s in range(COUNT):
-        reading = darkness(key, s, world.setting[0].sensor_noise, scratch.room[s])
-        if robot.is_broken:
-            level = spoiled(world.setting[0], robot, AMBIENT_LIGHT_AT + s, 1.0 * reading)
-            reading = int(min(max(level, 0.0), 4095.0) + 0.5)
-        world.views[i].ambient_light[s] = reading
+        counts = darkness(key, s, world.setting[0].sensor_noise, scratch.room[s])
+        world.views[i].ambient_light[s] = spoiled_counts(world.setting[0], robot, AMBIENT_LIGHT_AT + s, counts)
 
 
 @kernel

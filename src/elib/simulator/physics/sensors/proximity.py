@@ -15,9 +15,9 @@ from collections.abc import Sequence
 from typing import Final
 
 from elib.base.infrared import GAIN_SPREAD, SPACING
-from elib.simulator.physics.defects import PROXIMITY_AT, spoiled
+from elib.simulator.physics.defects import PROXIMITY_AT, spoiled_counts
 from elib.simulator.physics.elementary import exponential
-from elib.simulator.physics.engine import kernel
+from elib.simulator.physics.engine import kernel, phase
 from elib.simulator.physics.noise import (
     GAIN,
     GLITCH,
@@ -114,6 +114,8 @@ def read(world: Records, i: int) -> None:
     robot.seen = world.setting[0].tick
     look(world, i)
     respond(world, i)
+    if robot.is_broken:
+        spoil(world.setting[0], robot, world.views[i])
     digest(robot, world.views[i])
 
 
@@ -220,9 +222,14 @@ def respond(world: Records, i: int) -> None:
                 room = scratch.room[s]
         if light > room - margin:
             light = min(light, darkness(key, s, noise, room))
-        if robot.is_broken:
-            light = min(spoiled(setting, robot, PROXIMITY_AT + s, max(light, 0.0)), 4095.0)
         view.proximity[s] = int(max(light, 0.0) + 0.5)
+
+
+@phase
+def spoil(setting: Setting, robot: Robot, view: SensorView) -> None:
+    """Make the readings those of broken sensors: not within :func:`respond`, whose loop would be slower for it."""
+    for s in range(COUNT):
+        view.proximity[s] = spoiled_counts(setting, robot, PROXIMITY_AT + s, view.proximity[s])
 
 
 @kernel
