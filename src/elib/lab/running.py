@@ -193,11 +193,6 @@ class _Link:
 class PlainProgram:
     """A program of one's own in a process of its own, without isolation: what it prints is shown as it comes.
 
-    Args:
-        program: Path of the file.
-        link: The program's end of the link.
-        shows: Called with each piece that it prints, if that should be seen.
-
     Attributes:
         output: What it printed so far.
     """

@@ -84,13 +84,7 @@ def end_by(code: int) -> End:
 
 
 class Tracer:
-    """Notes from now on what all robots of a simulation do, at each tick, on its event loop.
-
-    Args:
-        lab: The lab.
-        variant: One of its variants.
-        simulation: The variant's world.
-    """
+    """Notes from now on what all robots of a simulation do, at each tick, on its event loop."""
 
     def __init__(self, lab: Lab, variant: Variant, simulation: Simulation) -> None:
         assert simulation.world is not None

@@ -84,25 +84,15 @@ def order(method: T) -> T:
 
 
 class LinkState(Struct, frozen=True, rename={"is_connected": "connected", "is_cut": "cut"}):
-    """How a robot is connected.
+    """How a robot is connected."""
 
-    Attributes:
-        is_connected: Whether it has a program, or a port that a program can open.
-        is_cut: Whether its link is cut, so that no program can reach it.
-        script: What its fault script does to it now, such as ``("loss", "cut")``.
-        broken: What is broken in it now, in words.
-        latency: Delay of its answers that was set by hand, s.
-        jitter: Standard deviation of that delay, s.
-        loss: Probability of a loss that was set by hand.
-    """
-
-    is_connected: bool
-    is_cut: bool
-    latency: float = 0.0
-    jitter: float = 0.0
-    loss: float = 0.0
-    script: tuple[str, ...] = ()
-    broken: tuple[str, ...] = ()
+    is_connected: bool  # whether it has a program, or a port that a program can open
+    is_cut: bool  # whether its link is cut, so that no program can reach it
+    latency: float = 0.0  # delay of its answers that was set by hand, s
+    jitter: float = 0.0  # standard deviation of that delay, s
+    loss: float = 0.0  # probability of a loss that was set by hand
+    script: tuple[str, ...] = ()  # what its fault script does to it now, such as `("loss", "cut")`
+    broken: tuple[str, ...] = ()  # what is broken in it now, in words
 
 
 class Control:
@@ -115,14 +105,11 @@ class Control:
 
     Args:
         simulation: What is controlled.
-
-    Attributes:
-        names: Names of all robots, in order.
     """
 
     def __init__(self, simulation: Simulation) -> None:
         self.simulation = simulation
-        self.names = simulation.names
+        self.names = simulation.names  # names of all robots, in order
 
     @property
     def world(self) -> World:

@@ -109,12 +109,7 @@ class When:
 
 @dataclass(frozen=True, slots=True)
 class Ramp:
-    """A strength that changes from one value to another while a fault holds, or stays the same.
-
-    Attributes:
-        first: Strength at the beginning.
-        last: Strength at the end.
-    """
+    """A strength that changes from one value to another while a fault holds, or stays the same."""
 
     first: float
     last: float
@@ -126,41 +121,27 @@ class Ramp:
 
 @dataclass(frozen=True, slots=True)
 class Strength(Number):
-    """One number that says how bad a fault is.
+    """One number that says how bad a fault is."""
 
-    Attributes:
-        name: Name of the key in the file.
-        meaning: What it sets, in a few words.
-        default: The value if the file does not give one; None if the file must give one.
-        may_change: Whether it may change from one value to another: ``[0.0, 0.9]``.
-    """
-
-    name: str = ""
-    meaning: str = ""
-    default: float | None = None
-    may_change: bool = False
+    name: str = ""  # of the key in the file
+    meaning: str = ""  # what it sets, in a few words
+    default: float | None = None  # None if the file must give it
+    may_change: bool = False  # from one value to another: `[0.0, 0.9]`
 
 
 @dataclass(frozen=True, slots=True)
 class TimedFault:
     """A fault of a script.
 
-    Attributes:
-        kind: Name of its kind in :data:`KINDS`.
-        when: The times at which it holds.
-        strengths: How bad it is, by the kind's keys; those left out have the kind's defaults.
-        which: What it hits, by the kind's names.
-        robots: The robots that it hits, counted from 1; empty for all.
-
     Raises:
         ArgumentError: The times do not fit the kind, or a number may not change; the message says which, and a cure.
     """
 
-    kind: str
+    kind: str  # its name in KINDS
     when: When = When()
-    strengths: Mapping[str, Ramp] = field(default_factory=dict)
-    which: Mapping[str, Any] = field(default_factory=dict)
-    robots: tuple[int, ...] = ()
+    strengths: Mapping[str, Ramp] = field(default_factory=dict)  # how bad it is, by the kind's keys
+    which: Mapping[str, Any] = field(default_factory=dict)  # what it hits, by the kind's names
+    robots: tuple[int, ...] = ()  # which robots it hits, counted from 1; empty for all
 
     def __post_init__(self) -> None:
         kind = KINDS[self.kind]
@@ -261,15 +242,10 @@ class Kind:
     """
 
     keys: ClassVar[tuple[Strength, ...]] = ()
-    """The strengths that it has."""
-    names: ClassVar[tuple[Key, ...]] = ()
-    """The keys that say what it hits."""
-    is_instant: ClassVar[bool] = False
-    """Whether it happens at one moment and has no length."""
-    needs_end: ClassVar[bool] = False
-    """Whether it must end each time it holds."""
-    may_repeat: ClassVar[bool] = True
-    """Whether it may come again."""
+    names: ClassVar[tuple[Key, ...]] = ()  # keys that say what it hits
+    is_instant: ClassVar[bool] = False  # whether it happens at one moment and has no length
+    needs_end: ClassVar[bool] = False  # whether it must end each time it holds
+    may_repeat: ClassVar[bool] = True  # whether it may come again
 
     def __init__(self, player: Player, faults: Sequence[tuple[TimedFault, Random]]) -> None:
         self.player = player
@@ -299,8 +275,7 @@ class Kind:
 class AnswerKind(Kind):
     """A kind that hits single answers, by chance."""
 
-    what: ClassVar[Fault] = Fault()
-    """What it does to an answer."""
+    what: ClassVar[Fault]
 
     def hit(self, time: float) -> Fault | None:
         """Draw for each fault whether it hits the answer."""
@@ -503,12 +478,7 @@ EMPTY = 3.3
 
 
 class Battery(Kind):
-    """The battery runs down; when weak, answers come later; when empty, the robot dies.
-
-    Attributes:
-        is_dead: Whether it is empty.
-        empty_at: When that is, infinite if never.
-    """
+    """The battery runs down; when weak, answers come later; when empty, the robot dies."""
 
     keys = (
         Strength(0, 5, "V", "volts", "its voltage", may_change=True),
@@ -522,6 +492,7 @@ class Battery(Kind):
         super().__init__(player, faults)
         self._in_order = sorted((fault for fault, _ in faults), key=lambda fault: fault.when.start)
         self.is_dead = False
+        # When it is empty, infinite if never.
         self.empty_at = min(map(_empty_at, self._in_order), default=math.inf)
 
     def volts(self, time: float) -> float | None:

@@ -35,18 +35,12 @@ class FaultPlayer:
         script: What happens, and when.
         robot: Which robot of its world this is; each draws its own random numbers.
         seed: Instead of the script's.
-
-    Attributes:
-        script: The script.
-        link: As given.
-        break_parts: Called with a kind of fault and what that breaks in the robot from now on, instead of before.
-        tally: Numbers of what the script has done so far.
     """
 
     def __init__(self, link: Link, script: FaultScript, *, robot: int = 0, seed: int | None = None) -> None:
         self.script = script
         self.link = link
-        self.tally = Counts()
+        self.tally = Counts()  # numbers of what the script has done so far
         self._loop = asyncio.get_running_loop()
         self._began: float | None = None
         self._heard = 0.0

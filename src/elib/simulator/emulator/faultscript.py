@@ -72,20 +72,14 @@ class _AnyText(Rule):
 class FaultScript:
     """Faults and their times.
 
-    Attributes:
-        name: Name of a script that comes with elib, or the path of a file.
-        description: A sentence for people.
-        seed: Seed of all random numbers, 0 to 2**64 - 1.
-        faults: The faults in the order of the file; one answer may have several.
-
     Raises:
         ArgumentError: The seed is out of its range.
     """
 
-    name: str
-    description: Annotated[str, _AnyText(example='"..."')]
-    seed: Seed = 0
-    faults: tuple[TimedFault, ...] = ()
+    name: str  # name of a script that comes with elib, or the path of a file
+    description: Annotated[str, _AnyText(example='"..."')]  # a sentence for people
+    seed: Seed = 0  # seed of all random numbers, 0 to 2**64 - 1
+    faults: tuple[TimedFault, ...] = ()  # the faults in the order of the file; one answer may have several
 
     def __post_init__(self) -> None:
         check(self)

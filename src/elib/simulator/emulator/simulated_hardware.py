@@ -72,16 +72,7 @@ time_of_flight.epuck2)."""
 
 
 class SimulatedHardware:
-    """One robot of a world, as its firmware sees it (:class:`~elib.simulator.emulator.hardware.Hardware`).
-
-    Attributes:
-        volts: Returns the voltage of its battery now, V, for a fault script that runs it down. Where this is None, or
-            returns None, the robot's own battery gives the voltage.
-        hard_iron: Field that turns with the robot: forward, to the left, up, microtesla. It adds to that of its own
-            magnets, which ideal robots do not have.
-        soft_iron: What its iron makes of the world's field, seen from above: factors forward from forward, forward from
-            left, left from forward, left from left.
-    """
+    """One robot of a world, as its firmware sees it (:class:`~elib.simulator.emulator.hardware.Hardware`)."""
 
     def __init__(
         self,
@@ -132,8 +123,14 @@ class SimulatedHardware:
             world.set_infrared(robot_index, profile.infrared.gains, profile.infrared.offsets)
         self._switched_on = switched_on
         self._now = switched_on
+        # returns the voltage of its battery now, V, for a fault script that runs it down. Where this is None, or
+        # returns None, the robot's own battery gives the voltage.
         self.volts: Callable[[], float | None] | None = None
+        # field that turns with the robot: forward, to the left, up, microtesla. It adds to that of its own magnets,
+        # which ideal robots do not have.
         self.hard_iron = (0.0, 0.0, 0.0)
+        # what its iron makes of the world's field, seen from above: factors forward from forward, forward from left,
+        # left from forward, left from left
         self.soft_iron = (1.0, 0.0, 0.0, 1.0)
         self._cell = BatteryCell(charge, switched_on)
         self._sound, self._sound_ends = 0, switched_on
