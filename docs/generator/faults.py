@@ -17,9 +17,9 @@ from generator.markdown import block, docstring, field_table, joined, section, t
 
 INTRODUCTION = """# Fault scripts
 
-A fault script says what goes wrong with virtual robots and their links, when, and how badly. It is a TOML file; `fault=`
-in a [`sim://` URL](urls.md#sim) and `elib simulate --fault` take its path, or the name of one that comes with elib.
-[Link faults](../guides/link-faults.md) shows how they are used.
+A fault script says what goes wrong with virtual robots and their links, when, and how badly. It is a TOML file;
+`fault=` in a [`sim://` URL](urls.md#sim) and `elib simulate --fault` take its path, or the name of one that comes with
+elib. [Link faults](../guides/link-faults.md) shows how they are used.
 """
 CODE = "a key of KINDS"
 """Words of the docstring that the page replaces."""
