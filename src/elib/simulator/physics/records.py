@@ -70,7 +70,6 @@ class Robot:
     covered: float = 0.0  # How much of the running tick that was, s.
     left_scale: float = 1.0  # This robot's wheel radius over the nominal one.
     right_scale: float = 1.0
-    is_broken: int = 0  # 1 if the rows at the end hold.
     axle: float = 0.0  # From wheel to wheel.
     radius: float = 0.0  # Of its body.
     left_steps: float = 0.0  # Motor steps issued since the start, with the fraction of the next one.
@@ -84,6 +83,7 @@ class Robot:
     key: int = 0  # Of its noise.
     digest: int = 0  # Of all its infrared readings so far.
     seen: int = -1  # Tick of its infrared readings; -1 for none.
+    is_broken: int = 0  # 1 if the rows at the end hold.
     lane: int = 0  # Which scratch its sensors work on: robots of different lanes can be sensed at the same time.
     gain: list[float] = floats(8)  # Of its infrared sensors, factors.
     offset: list[float] = floats(8)  # What they read in the open, counts.
