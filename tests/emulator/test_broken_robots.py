@@ -156,3 +156,20 @@ def test_a_mistake_about_what_is_broken_is_named_with_its_line_and_what_there_is
         )
     assert message in caught.value.message
     assert cure in caught.value.hint
+
+
+@simulated
+async def heard_over_wifi(url: str) -> dict[str, object]:
+    async with elib.open(url) as robot:
+        await robot.sleep(4)
+        reading = await robot.sensors()
+        image = await robot.image()
+        return {sensor: getattr(reading, sensor) for sensor in SENSORS} | {"image": image.raw}
+
+
+def test_over_wifi_each_broken_sensor_is_in_the_packets_and_the_others_are_as_they_were(tmp_path: Path) -> None:
+    url = "sim://line?speed=max&seed=3&firmware=epuck2-wifi"
+    whole = heard_over_wifi(url)
+    for sensor in READ:
+        seen = heard_over_wifi(with_script(tmp_path, fault(sensor), url))
+        assert {other for other in READ if seen[other] != whole[other]} == {sensor}
