@@ -49,7 +49,8 @@ from elib.base.errors import ArgumentError
 from elib.base.files import FAULTS
 from elib.base.rules import Choice, Mistake, Number, Rule, Seed, check, rule_of
 from elib.base.tables import Key, Table, content_of, keys_of, others, read_toml, shipped
-from elib.simulator.emulator.faultkinds import KINDS, Ramp, Strength, TimedFault, When
+from elib.simulator.emulator.faultkinds import KINDS, DefectKind, Ramp, Strength, TimedFault, When
+from elib.simulator.physics.records import MAX_DEFECTS
 
 MAX_NUMBER = 1e12
 """Far above all numbers of a script."""
@@ -195,7 +196,11 @@ def parse(content: bytes, name: str, robots: int | None = None) -> FaultScript:
     parts = source.read_all(document, TOP, [FAULT])
     top = cast("dict[str, Any]", parts[""][0])
     faults = cast("list[TimedFault]", parts["fault"])
+    named = {number for fault in faults for number in fault.robots} | {0}
     for index, fault in enumerate(faults):
+        before = [each for each in faults[: index + 1] if issubclass(KINDS[each.kind], DefectKind)]
+        if any(sum(each.hits(number - 1) for each in before) > MAX_DEFECTS for number in named):
+            raise source.error(("fault", index), Mistake(f"is one too many; a robot has {MAX_DEFECTS} broken parts"))
         if robots is not None and max(fault.robots, default=0) > robots:
             what = f"names robot {max(fault.robots)}; the world has {robots}, epuck-1 to epuck-{robots}"
             raise source.error(("fault", index), Mistake(what, path=("robots",)))

@@ -85,8 +85,9 @@ class VirtualRobot:
             raise SimulationError("constant readings have no parts that break", hint="leave --hardware out")
         self.link.catch_up()
         self.emulator.let_world_run(self.link.now)
-        self.defects[by] = tuple(defects)
-        self.emulator.pace = self.hardware.set_defects(self.broken)
+        now = self.defects | {by: tuple(defects)}
+        self.emulator.pace = self.hardware.set_defects([defect for each in now.values() for defect in each])
+        self.defects = now
 
     @property
     def opens_in(self) -> float:

@@ -1,12 +1,12 @@
 """What is broken in a robot: its sensors, its camera, its wheels and its clock.
 
-Each number that a robot reads, and each thing that it drives by, has a place in three rows of its record. A number
-whose sensor is broken reads
+Each number that a robot reads, and each thing that it drives by, has a place of its own. A number whose sensor is
+broken reads
 
     factor * what it would read + shift + noise * a normal number,
 
-which says everything from a dead sensor to a drifting one. It is applied in front of the converter, so that a reading
-stays in its range, and the same way in both engines. A robot with nothing broken is asked for nothing but one flag.
+which says everything from a dead sensor to a noisy one. It is applied in front of the converter, so that a reading
+stays in its range, and the same way in both engines. A robot with nothing broken is asked for nothing but their count.
 """
 
 from __future__ import annotations
@@ -14,18 +14,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from math import sqrt
 from typing import Annotated
 
 from elib.base.errors import ArgumentError
 from elib.base.rules import Choice, Mistake, Number, check, shown
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import DEFECT, gauss, tick_key
-from elib.simulator.physics.records import BREAKABLE, Robot, Setting
+from elib.simulator.physics.records import Robot, Setting
 
 (PROXIMITY_AT, AMBIENT_LIGHT_AT, GROUND_AT, MICROPHONES_AT, DISTANCE_AT) = 0, 8, 16, 21, 25
 (ACCELEROMETER_AT, GYROSCOPE_AT, MAGNETOMETER_AT, CAMERA_AT, WHEEL_AT, CLOCK_AT) = 26, 29, 32, 35, 36, 38
-"""Where the numbers of each part begin in the rows."""
+"""Where the numbers of each part begin."""
 
 SENSORS = (
     *("proximity", "ambient_light", "ground", "microphones"),
@@ -33,9 +32,9 @@ SENSORS = (
 )
 """The sensors that can break, by the names of the commands that read them."""
 
-_PLACES = pairwise((0, 8, 16, 21, 25, 26, 29, 32, 35, 36, 38, BREAKABLE))
+_PLACES = pairwise((0, 8, 16, 21, 25, 26, 29, 32, 35, 36, 38, 39))
 PARTS = {name: range(*ends) for name, ends in zip((*SENSORS, "camera", "wheel", "clock"), _PLACES, strict=True)}
-"""All that can break, and where its numbers are in the rows."""
+"""All that can break, and where its numbers are."""
 
 LEAST_CLOCK, FASTEST_CLOCK = 0.1, 2.0
 """How slow and how fast a broken clock goes at most: no motor then turns a wheel too far in a tick."""
@@ -101,33 +100,22 @@ class Defect:
 @kernel
 def damage(robot: Robot, row: Sequence[float]) -> None:
     """Break what :attr:`Defect.row` says, on top of what is broken already. A wheel then is as if it were smaller."""
-    if robot.is_broken == 0:
-        robot.is_broken = 1
-        for n in range(BREAKABLE):
-            robot.broken_factor[n] = 1.0
-            robot.broken_shift[n] = 0.0
-            robot.broken_noise[n] = 0.0
-    bits = int(row[0])
-    for n in range(BREAKABLE):
-        if (bits >> n) & 1:
-            before = row[1] * robot.broken_noise[n]
-            robot.broken_factor[n] *= row[1]
-            robot.broken_shift[n] = row[1] * robot.broken_shift[n] + row[2]
-            robot.broken_noise[n] = sqrt(before * before + row[3] * row[3])
-    if (bits >> WHEEL_AT) & 1:
+    for n in range(4):
+        robot.defect[4 * robot.defects + n] = row[n]
+    robot.defects += 1
+    if (int(row[0]) >> WHEEL_AT) & 1:
         robot.left_scale *= row[1]
-    if (bits >> WHEEL_AT) & 2:
+    if (int(row[0]) >> WHEEL_AT) & 2:
         robot.right_scale *= row[1]
 
 
 @kernel
 def spoiled(setting: Setting, robot: Robot, n: int, value: float) -> float:
     """Return what number *n* of a robot reads instead of *value*."""
-    if robot.is_broken == 0:
-        return value
-    value = robot.broken_factor[n] * value + robot.broken_shift[n]
-    if robot.broken_noise[n] > 0.0:
-        value += robot.broken_noise[n] * gauss(tick_key(robot.key, setting.tick), DEFECT + n)
+    for k in range(robot.defects):
+        if (int(robot.defect[4 * k]) >> n) & 1:
+            value = robot.defect[4 * k + 1] * value + robot.defect[4 * k + 2]
+            value += robot.defect[4 * k + 3] * gauss(tick_key(robot.key, setting.tick), DEFECT * (k + 1) + n)
     return value
 
 
@@ -138,6 +126,16 @@ def spoiled_counts(setting: Setting, robot: Robot, n: int, counts: int) -> int:
 
 
 @kernel
+def left_of(robot: Robot, n: int) -> float:
+    """Return the factor on number *n* of a robot: 1 if it is not broken."""
+    factor = 1.0
+    for k in range(robot.defects):
+        if (int(robot.defect[4 * k]) >> n) & 1:
+            factor *= robot.defect[4 * k + 1]
+    return factor
+
+
+@kernel
 def pace(robot: Robot) -> float:
     """Return how fast the robot's clock goes, which times its motors: 1 if it is not broken."""
-    return robot.broken_factor[CLOCK_AT] if robot.is_broken else 1.0
+    return left_of(robot, CLOCK_AT)

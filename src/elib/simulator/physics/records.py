@@ -18,8 +18,8 @@ from elib.base.body import FASTEST_2
 SIZE = "size"
 """Metadata of a field that holds several numbers: how many."""
 
-BREAKABLE: Final = 39
-"""Numbers of a robot that can be broken (:mod:`elib.simulator.physics.defects`)."""
+MAX_DEFECTS: Final = 8
+"""Defects that a robot can have at the same time (:mod:`elib.simulator.physics.defects`)."""
 
 SENSOR = "sensor"
 """Metadata of a field that a file of the same name in ``sensors/`` fills."""
@@ -83,16 +83,14 @@ class Robot:
     key: int = 0  # Of its noise.
     digest: int = 0  # Of all its infrared readings so far.
     seen: int = -1  # Tick of its infrared readings; -1 for none.
-    is_broken: int = 0  # 1 if the rows at the end hold.
+    defects: int = 0  # How many it has.
     lane: int = 0  # Which scratch its sensors work on: robots of different lanes can be sensed at the same time.
     gain: list[float] = floats(8)  # Of its infrared sensors, factors.
     offset: list[float] = floats(8)  # What they read in the open, counts.
     darkness: list[float] = floats(8)  # What they read with their emitters off, over what others read.
     black: list[float] = floats(5)  # What its ground sensors read over black, counts.
     white: list[float] = floats(5)  # The same over white.
-    broken_factor: list[float] = floats(BREAKABLE)  # What is wrong with each number that can be broken.
-    broken_shift: list[float] = floats(BREAKABLE)
-    broken_noise: list[float] = floats(BREAKABLE)
+    defect: list[float] = floats(4 * MAX_DEFECTS)  # Of each: a bit for each number, factor, shift and noise.
 
 
 @dataclass(slots=True, eq=False)

@@ -87,14 +87,16 @@ class Senses:
 
     def _spoil(self, robot: int, picture: NDArray[np.uint8]) -> None:
         """Make a picture that of a broken camera, if the robot's is; each colour of each pixel has its own noise."""
-        here, n = self._state.world.robots[robot], CAMERA_AT
-        if here.is_broken:
-            import numpy as np
+        here, tick = self._state.world.robots[robot], int(self._state.world.setting[0].tick)
+        for k in range(here.defects):
+            which, factor, shift, deviation = here.defect[4 * k : 4 * k + 4]
+            if int(which) >> CAMERA_AT & 1:
+                import numpy as np
 
-            key = bits(tick_key(int(here.key), int(self._state.world.setting[0].tick)), DEFECT + n)
-            words: Any = mix((key + np.arange(picture.size) * STRIDE) & MASK)  # type: ignore[arg-type]
-            noise = here.broken_noise[n] * np.array(quantiles())[words & 1023].reshape(picture.shape)
-            picture[...] = (here.broken_factor[n] * picture + here.broken_shift[n] + noise).round().clip(0, 255)
+                key = bits(tick_key(int(here.key), tick), DEFECT * (k + 1) + CAMERA_AT)
+                words: Any = mix((key + np.arange(picture.size) * STRIDE) & MASK)  # type: ignore[arg-type]
+                noise = deviation * np.array(quantiles())[words & 1023].reshape(picture.shape)
+                picture[...] = (factor * picture + shift + noise).round().clip(0, 255)
 
     def _seen(self, shown: NDArray[np.int64]) -> CameraScene:
         """Return what there is to see, for the camera."""

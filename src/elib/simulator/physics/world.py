@@ -29,7 +29,7 @@ from elib.simulator.physics.motion import MAX_TRAVEL, STEPS_PER_METRE
 from elib.simulator.physics.moving import Mover
 from elib.simulator.physics.placement import places
 from elib.simulator.physics.rangebearing import RangeAndBearing
-from elib.simulator.physics.records import Robot
+from elib.simulator.physics.records import MAX_DEFECTS, Robot
 from elib.simulator.physics.scene import Scene, check_scene, check_seed
 from elib.simulator.physics.senses import Senses
 from elib.simulator.physics.sensors import chosen
@@ -369,8 +369,10 @@ class World(ReadableWorld):
     def set_defects(self, robot: int, defects: Sequence[Defect]) -> None:
         """Break these parts of a robot, and mend all others. A clock holds from the next wheel speeds on."""
         here = self._robot(robot)
+        if len(defects) > MAX_DEFECTS:
+            raise ArgumentError(f"a robot has {len(defects)} defects", hint=f"at most {MAX_DEFECTS} at the same time")
         here.left_scale, here.right_scale = self._wheels.setdefault(robot, (here.left_scale, here.right_scale))
-        here.is_broken = 0
+        here.defects = 0
         for defect in defects:
             damage(here, defect.row)
         self._state.forget()

@@ -86,6 +86,6 @@ def read(world: Records, i: int) -> None:
             error += setting.spread * OFFSET * gauss(robot.key, DISTANCE_OFFSET)
             distance += error * width / (READS[row] - READS[row - 1])
             distance = min(max(distance, TRUE[0]), REACH)
-    if robot.is_broken:
+    if robot.defects > 0:
         distance = min(max(spoiled(setting, robot, DISTANCE_AT, distance), 0.0), REACH)
     world.views[i].distance = distance

@@ -112,7 +112,7 @@ def read(world: Records, i: int) -> None:
     if robot.seen == world.setting[0].tick:
         return
     robot.seen = world.setting[0].tick
-    if robot.is_broken:
+    if robot.defects > 0:
         read_broken(world, i)
         return
     look(world, i)
