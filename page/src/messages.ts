@@ -160,6 +160,19 @@ export type Asked = {
     loss?: number | null;
     channel?: number;
   };
+  /** Break a part of a robot, on top of its fault script; with nothing wrong, mend what was broken so by hand. */
+  set_defect: {
+    robot: number | string;
+    of: string;
+    number?: number | null;
+    factor?: number;
+    shift?: number;
+    noise?: number;
+    stuck?: number | null;
+    channel?: number;
+  };
+  /** Mend all parts of a robot that were broken by hand. */
+  mend_parts: { robot: number | string; channel?: number };
   /** Cut a robot's link: its program loses it, and no program can open it until mend. */
   cut: { robot: number | string; channel?: number };
   /** Let programs open a robot again. What a fault script cut stays cut as long as the script says. */
@@ -229,6 +242,8 @@ export type Answered = {
   step: null;
   set_speed: null;
   set_faults: null;
+  set_defect: null;
+  mend_parts: null;
   cut: null;
   mend: null;
 };
@@ -531,6 +546,7 @@ export type LinkState = {
   jitter: number;
   loss: number;
   script: string[];
+  broken: string[];
 };
 
 /** Faults of a link: delay of answers and its standard deviation, s, and the probability of a loss. */

@@ -73,6 +73,7 @@ class Emulator:
         self._next: float | None = None
         """When the program does something next, s, as long as it is known."""
         self.memory = ProgramMemory()  # the program memory that an e-puck1's bootloader writes
+        self.pace = 1.0  # how fast its clock goes, which times its motors and its work
         self.firmware: Firmware  # the running firmware
         self._connection: RobotConnection
         self._received: ReceiveRing | ReceiveQueue
@@ -149,7 +150,7 @@ class Emulator:
             self._world_time = time
             if before is not None and self._timing.runs:
                 for motor in self.firmware.motors:
-                    motor.run(time - before)
+                    motor.run((time - before) * self.pace)
 
     def tick(self, count: int) -> None:
         """Let the motors alone run *count* ticks of 0.1 ms."""
@@ -271,11 +272,11 @@ class Emulator:
                     if waits:
                         self._free_at = end
                 case Busy(seconds):
-                    self._free_at = time + seconds
+                    self._free_at = time + seconds / self.pace
                 case Listen(seconds):
-                    self._listens_until = time + seconds
+                    self._listens_until = time + seconds / self.pace
                 case Deaf(seconds):
-                    self._free_at = time + seconds
+                    self._free_at = time + seconds / self.pace
                     self._is_deaf = True
                 case Restart():
                     self.firmware.switch_off()

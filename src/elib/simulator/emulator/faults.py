@@ -42,6 +42,8 @@ def both(first: Fault | None, second: Fault) -> Fault:
     """Return two faults of one answer as one."""
     if first is None or second.lose:
         return second
+    if first.lose:  # nothing is left of it that could have another fault
+        return first
     return replace(
         first,
         delay=first.delay + second.delay,

@@ -6,8 +6,8 @@ import asyncio
 import itertools
 import math
 import weakref
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TypedDict
 
 from elib.base.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
@@ -29,6 +29,7 @@ from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.wifi import WifiEmulator
 from elib.simulator.emulator.wifi_link import WifiLink
+from elib.simulator.physics.defects import Defect
 from elib.simulator.physics.placement import cleared
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.world import World
@@ -70,6 +71,23 @@ class VirtualRobot:
     link: Link  # the link between the robot and its program
     manual_faults: ManualFaults  # what Control does to its answers
     player: FaultPlayer | None = None  # the fault script that runs on the link, if there is one
+    # What is broken in it, by who broke it: a kind of fault of its script, or a hand.
+    defects: dict[str, tuple[Defect, ...]] = field(default_factory=dict)
+
+    @property
+    def broken(self) -> list[Defect]:
+        """Everything that is broken in it now."""
+        return [defect for each in self.defects.values() for defect in each]
+
+    def break_parts(self, by: str, defects: Sequence[Defect]) -> None:
+        """Break these parts of it, and mend what *by* broke before: a SimulationError if its readings are constant."""
+        if not isinstance(self.hardware, SimulatedHardware):
+            raise SimulationError("constant readings have no parts that break", hint="leave --hardware out")
+        self.link.catch_up()
+        self.emulator.let_world_run(self.link.now)
+        now = self.defects | {by: tuple(defects)}
+        self.emulator.pace = self.hardware.set_defects([defect for each in now.values() for defect in each])
+        self.defects = now
 
     @property
     def opens_in(self) -> float:
@@ -283,7 +301,7 @@ class Simulation:
         named = () if self.world is None else self.world.scene.firmware
         firmware = (named[index] if index < len(named) else "") or settings.firmware
         profile_named(firmware)
-        script = None if settings.fault is None else load_script(settings.fault)
+        script = None if settings.fault is None else load_script(settings.fault, self.count)
         hardware = self._hardware(index, firmware, settings)
         latency, jitter = self._delay(settings)
         options = _LinkOptions(
@@ -302,6 +320,7 @@ class Simulation:
         robot = VirtualRobot(index, settings, firmware, hardware, emulator, link, manual_faults)
         if script is not None:
             robot.player = FaultPlayer(link, script, robot=index, seed=settings.seed)
+            robot.player.break_parts = robot.break_parts
             if isinstance(hardware, SimulatedHardware):
                 hardware.volts = robot.player.read_volts
         link.impairments.append(manual_faults)
