@@ -89,6 +89,8 @@ class Trace:
     zones: Mapping[str, Zone] = field(default_factory=dict)
     # the courses of the stripes on the floor, each as its points, m
     stripes: Sequence[Sequence[tuple[float, float]]] = ()
+    # walls and sides of boxes at the start: both ends of each, x1, y1, x2, y2, m
+    surfaces: Sequence[tuple[float, float, float, float]] = ()
     requests: Counter[str] = field(default_factory=Counter)  # how often each command was sent
     output: str = ""  # what the program printed
     time: float = 0.0  # robot time at the program's end, s

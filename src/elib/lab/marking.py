@@ -27,8 +27,8 @@ PICTURE_SIZE = 300
 """Pixels of the longer side of a path's picture."""
 MAX_ERROR = 120
 """Characters of an error that a remark shows."""
-SHOWN_OUTPUT = 2_000
-"""Characters of a program's output in a report: the end, with the traceback."""
+SHOWN_OUTPUT = 10_000
+"""Characters of a program's output in a report: the end, with the traceback or the map."""
 
 
 @dataclass(frozen=True, slots=True)
