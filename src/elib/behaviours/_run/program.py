@@ -102,16 +102,11 @@ class TimeLimit:
 
     Args:
         name: Name of the thread that does it.
-
-    Attributes:
-        is_over: Whether the time is over.
-        has_ended: Set when the program has ended by itself or by the interrupt.
-        exit_code: The exit code of the process, if threads of the program go on after it.
     """
 
     def __init__(self, name: str) -> None:
-        self.is_over = False
-        self.has_ended = threading.Event()
+        self.is_over = False  # whether the time is over
+        self.has_ended = threading.Event()  # set when the program has ended by itself or by the interrupt
         self.exit_code = DONE
         self._name = name
 
