@@ -76,12 +76,6 @@ class WebSerial(BufferedTransport):
             raise LinkLost(f"{self._url}: the port is gone", hint="plug it in, and choose it again")
         self._line.send(data)
 
-    def _pause(self) -> None:
-        """Do nothing: a robot sends less than a page can keep."""
-
-    def _resume(self) -> None:
-        """Do nothing: nothing waits."""
-
 
 async def open_port(url: Url) -> Transport:
     """Use the port that a person has chosen in the page.

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, TypeVar
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP, STEPS_PER_REVOLUTION, step_rate
-from elib.base.errors import ArgumentError, ElibError, MotionInterrupted
+from elib.base.errors import ArgumentError, MotionInterrupted
 from elib.base.pose import Pose
 from elib.base.rules import Number, Whole, check
 from elib.link.protocol.commands import SPECS
@@ -167,14 +167,6 @@ class Guard(ForwardingChannel):
 
     # -- the channel --
 
-    @property
-    def error(self) -> ElibError | None:
-        """Why the channel ended for good, or None."""
-        return self._session.error
-
-    def forget_speed(self) -> None:
-        """Do nothing: the panel's own robot restores no speed after the link was lost."""
-
     async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request* and pass events on no longer; the panel's link stays open."""
         try:
@@ -185,7 +177,3 @@ class Guard(ForwardingChannel):
     async def close(self) -> None:
         """Pass events on no longer; the panel's link stays open."""
         self.end()
-
-    def send_unqueued(self, data: bytes) -> bool:
-        """Send nothing: the panel stops the robot itself."""
-        return False
