@@ -8,7 +8,7 @@ from pathlib import Path
 
 from elib.base.errors import ArgumentError
 
-LOG, RECORDING, WORLD = ".log", ".mcap", ".toml"
+LOG, RECORDING, WORLD, MAP = ".log", ".mcap", ".toml", ".png"
 MAX_NAME = 80
 """Characters of a name; file systems take 255 bytes, and four bytes make a character at most."""
 DEVICES = frozenset(

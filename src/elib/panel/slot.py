@@ -30,7 +30,7 @@ from elib.panel.events import EventLog
 from elib.panel.machine import RunningMachine
 from elib.panel.playback import Playback
 from elib.panel.records import Records
-from elib.panel.watching import ReadingsWatcher, place_of, virtual
+from elib.panel.watching import ReadingsWatcher, virtual
 from elib.records.messages import readings_in
 from elib.robot.actions import catalogue
 from elib.robot.aio import Epuck
@@ -272,7 +272,7 @@ class Slot:
             for name, reading in readings_in(event.request.name, event.value):
                 # The program may have a clock of its own.
                 self.watcher.note(name, dataclasses.replace(reading, time=self.now))
-            self.watcher.put(place_of(self._watched))
+            self.watcher.place(self._watched)
 
     def disconnect(self) -> asyncio.Future[None]:
         """Stop the robot and free its port; also while it is being connected. Safe to repeat.
