@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, TypeVar
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP, STEPS_PER_REVOLUTION, step_rate
-from elib.base.errors import ArgumentError, MotionInterrupted
+from elib.base.errors import ArgumentError, ElibError, MotionInterrupted
 from elib.base.pose import Pose
 from elib.base.rules import Number, Whole, check
 from elib.link.protocol.commands import SPECS
@@ -166,6 +166,11 @@ class Guard(ForwardingChannel):
         self.hooks.call(time, event)
 
     # -- the channel --
+
+    @property
+    def error(self) -> ElibError | None:
+        """Why the channel ended for good, or None."""
+        return self._session.error
 
     async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request* and pass events on no longer; the panel's link stays open."""

@@ -125,11 +125,6 @@ class ForwardingChannel:
     restoring = Forwarded["Request[object] | None"]()
     stopping_time = Forwarded[float]()
 
-    @property
-    def error(self) -> ElibError | None:
-        """Why it ended for good, or None."""
-        return self._session.error
-
     def send_unqueued(self, data: bytes) -> bool:
         """Send nothing."""
         return False
