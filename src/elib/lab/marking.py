@@ -101,7 +101,7 @@ def _end_with_the_marker() -> None:
 
 
 def mark(folder: Path, submission: Submission, safe: bool = True, limits: Limits = LIMITS, draws: bool = True) -> Mark:
-    """Run a submission in all variants, and return its mark, without pictures if nobody sees them."""
+    """Run a submission in all variants, and return its mark, with pictures if they are to be seen."""
     lab = _lab(folder)
     result = Mark(submission.name, 0.0, lab.points, goals={goal.name: 0 for goal in lab.goals})
     if submission.problem:
