@@ -15,7 +15,7 @@ from elib.base.pose import Pose, advanced
 from elib.behaviours.wall_following import follow
 from elib.link.protocol.distances import distances
 from elib.link.protocol.values import Proximity, Wheels
-from elib.maps.localiser import FARTHEST
+from elib.maps.localiser import FARTHEST, MIN_GUESSES
 from elib.simulator.physics import Scene, World
 
 NOTHING = [math.inf] * 8
@@ -123,3 +123,23 @@ def test_the_same_seed_gives_the_same_estimates(grid: elib.Grid) -> None:
 def test_a_map_without_room_for_a_robot_is_an_error() -> None:
     with pytest.raises(ArgumentError, match="no place where a robot has room"):
         elib.Localiser(elib.Grid())
+
+
+def test_the_first_looks_draw_guesses_at_the_place_of_the_robot(grid: elib.Grid) -> None:
+    found = []
+    for seed in range(3):
+        world = maze(seed)
+        localiser = elib.Localiser(grid, seed=seed)
+        Drive(world, localiser).on(2.5)
+        real, (x, y, heading) = world.pose(0), localiser._guesses.T[:3]
+        off = np.abs(np.remainder(heading - real.heading + math.pi, math.tau) - math.pi)
+        found.append(int(((np.hypot(x - real.x, y - real.y) < 0.02) & (off < math.radians(9))).sum()))
+    assert min(found) >= 1, found
+    assert sum(found) > 6, found
+
+
+def test_where_nothing_is_near_no_guess_is_drawn(grid: elib.Grid) -> None:
+    localiser = elib.Localiser(grid)
+    for k in range(20):
+        assert not localiser.update(Pose(0.01 * k, 0.0), NOTHING).is_sure
+    assert len(localiser._guesses) == MIN_GUESSES
