@@ -11,12 +11,14 @@ import numpy as np
 
 from elib.base.body import AXLE, AXLE_SPREAD, RADIUS, SENSOR_DIRECTIONS, SENSOR_RADIUS, WHEEL_SPREAD
 from elib.base.errors import ArgumentError
-from elib.base.infrared import LIGHT, MIN_COUNT, REACH, SETBACK, wall_distance
+from elib.base.infrared import LIGHT, MIN_COUNT, NINE_IN_TEN, REACH, SETBACK, wall_distance
 from elib.base.pose import Pose, apart
 from elib.maps.grid import Grid
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from elib.link.protocol.tags import Tag
 
     Floats = NDArray[np.float64]
     Indices = NDArray[np.intp]
@@ -36,10 +38,19 @@ NOISE, WRONG = 0.004, 0.12
 infrared.distance_8_sensors) and the open air."""
 STRAY: Final = 0.1
 """Share of readings that have nothing to do with the map: things that it does not have, glitches."""
+MISTAKEN: Final = 0.01
+"""Share of tags and looks at the floor that are mistaken. Chosen."""
 UNKNOWN: Final = 0.9
 """How well what is read on unknown ground fits: nearly as well as what is right."""
 TRUST: Final = 0.15
 """Weight of the eight readings of one place: the errors of gains come again at the next."""
+LENS: Final = 0.030
+"""m from the middle of the robot to the camera (Webots)."""
+GROUND: Final = ((0.030, 0.009), (0.030, 0.0), (0.030, -0.009))
+"""m ahead and to the left: the ground sensors left, centre and right (ARGoS, epuck_ros2)."""
+DARK: Final = 0.8
+"""Part of the most that a ground sensor has read, below which it is over something dark: over black, 95 in 100 read 0.6
+of what they read over white (measured-robots: ground.thirty_robots), and pale floors 0.9."""
 STRIDE, TURN = 0.005, math.radians(3)
 """m driven or rad turned from one look to the next: the same reading again says nothing new."""
 BEND: Final = math.sqrt(2) * WHEEL_SPREAD / AXLE
@@ -114,6 +125,7 @@ class Localiser:
         self._moved = self._turned = 0.0
         self._settled = 0.0 if pose is None else math.inf
         self._fit, self._to_draw = 1.0, 0
+        self._palest = 0.0
         self.renew()
         if pose is None:
             self._forget()
@@ -144,6 +156,65 @@ class Localiser:
         self._weights *= np.exp(-0.5 * np.minimum((off / deviation) ** 2, 50.0))
         self._weights /= self._weights.sum()
         self.estimate = self._judge()
+
+    def see_tag(self, tag: Tag, x: float, y: float) -> Estimate:
+        """Take a tag into account whose place is known. A robot that is lost is looked for where it would see it so.
+
+        Args:
+            tag: One of ``robot.tags()``.
+            x: Where that tag is on the map, m.
+            y: The same.
+        """
+        far, aside = tag.distance_error / NINE_IN_TEN, tag.bearing_error / NINE_IN_TEN
+        if self._to_draw == FIRST_LOOKS:
+            guesses = self._anywhere(MAX_GUESSES)
+            towards = guesses[:, 2]
+            gap = tag.distance + far * self._random.standard_normal(MAX_GUESSES)
+            heading = towards - tag.bearing - aside * self._random.standard_normal(MAX_GUESSES)
+            guesses[:, 0] = x - gap * np.cos(towards) - LENS * np.cos(heading)
+            guesses[:, 1] = y - gap * np.sin(towards) - LENS * np.sin(heading)
+            guesses[:, 2] = heading
+            self._guesses = guesses[self._has_room(guesses)]
+            self._weights = np.full(len(self._guesses), 1 / max(1, len(self._guesses)))
+            self._to_draw = 0
+            if not len(self._guesses):
+                self._forget()
+        else:
+            at_x, at_y, heading = self._guesses.T[:3]
+            right, up = x - at_x - LENS * np.cos(heading), y - at_y - LENS * np.sin(heading)
+            off = np.hypot(right, up) - tag.distance
+            turned = np.arctan2(up, right) - heading - tag.bearing
+            turned = np.remainder(turned + math.pi, math.tau) - math.pi
+            self._weigh(np.hypot(off / far, turned / aside))
+        self.estimate = self._judge()
+        return self.estimate
+
+    def see_floor(self, ground: Sequence[float]) -> Estimate:
+        """Take the ground sensors into account, on a map that says where the floor is dark (``Grid.dark``).
+
+        Args:
+            ground: ``robot.ground()``.
+        """
+        self._palest = max(self._palest, *ground[: len(GROUND)])
+        if self.map.dark is not None and self._to_draw != FIRST_LOOKS and self._moved == self._turned == 0:
+            x, y, heading = self._guesses.T[:3]
+            wrong = np.zeros(len(x))
+            for count, (ahead, left) in zip(ground, GROUND, strict=False):
+                row, column = self._squares(
+                    x + ahead * np.cos(heading) - left * np.sin(heading),
+                    y + ahead * np.sin(heading) + left * np.cos(heading),
+                )
+                wrong += self.map.dark[row, column] != (count < DARK * self._palest)
+            self._weigh(wrong)
+            self.estimate = self._judge()
+        return self.estimate
+
+    def _weigh(self, off: Floats) -> None:
+        """Weigh the guesses by how far they are off, in standard deviations; what is far off may be a mistake."""
+        self._weights *= MISTAKEN + (1 - MISTAKEN) * np.exp(-0.5 * off * off)
+        self._weights /= self._weights.sum()
+        if 1 / (self._weights @ self._weights) < len(self._weights) / 2:
+            self._draw()
 
     # -- what moves and what is seen -----------------------------------------------------------------------------------
 
@@ -207,12 +278,20 @@ class Localiser:
         off = (seen[told, None].astype(np.float32) - far) / ((NOISE + WRONG * far) * (1 + coarseness))
         fits = STRAY + (1 - STRAY) * np.exp(-0.5 * off * off)
         fits[np.isnan(far)] = UNKNOWN
-        rows, columns = self._clear.shape
-        row = np.clip(np.rint((guesses[:, 1] - self._y) / self.map.cell), 0, rows - 1).astype(np.intp)
-        column = np.clip(np.rint((guesses[:, 0] - self._x) / self.map.cell), 0, columns - 1).astype(np.intp)
-        is_standing = self._clear[row, column] >= RADIUS - self.map.cell
+        is_standing = self._has_room(guesses)
         found: Floats = np.where(is_standing, fits.prod(0) ** (1 / len(seen)), STRAY)
         return found
+
+    def _has_room(self, guesses: Floats) -> NDArray[np.bool_]:
+        """Return at which places a robot has room."""
+        found: NDArray[np.bool_] = self._clear[self._squares(*guesses.T[:2])] >= RADIUS - self.map.cell
+        return found
+
+    def _squares(self, x: Floats, y: Floats) -> tuple[Indices, Indices]:
+        """Return rows and columns of places; those of the nearest squares outside of the map."""
+        row, column = np.rint((y - self._y) / self.map.cell), np.rint((x - self._x) / self.map.cell)
+        rows, columns = self._clear.shape
+        return np.clip(row, 0, rows - 1).astype(np.intp), np.clip(column, 0, columns - 1).astype(np.intp)
 
     def expected(self, pose: Pose) -> Floats:
         """Return the eight distances that the map tells of a pose, m, at most 5.7 cm; nan where it is unknown."""
