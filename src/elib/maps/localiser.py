@@ -72,6 +72,9 @@ MEMORY: Final = 0.1
 """Weight of a look in the mean fit: after 10 looks, 5 cm, they count."""
 NEAR, ASIDE = 0.06, math.radians(30)
 """m and rad from the likeliest place within which guesses are for the same one."""
+WIDEST, APART = 0.25, 0.1
+"""m from the likeliest place to which guesses for it are looked for if they lie that wide, as after a way in the open;
+and share of all guesses from which on: fewer are spread over the map."""
 SURE, SETTLED = 0.9, 0.3
 """Share of the guesses in one place from which it is believed, and m that the robot must have driven since."""
 
@@ -371,7 +374,7 @@ class Localiser:
         self._weights = np.full(count, 1 / count)
 
     def _judge(self) -> Estimate:
-        """Return the likeliest place: the heaviest square of 6 cm and 30 degrees, and what lies around it."""
+        """Return the likeliest place: the heaviest square of 6 cm and 30 degrees, and what belongs to it around it."""
         x, y, heading = self._guesses.T[:3]
         squares = [np.rint((each - each.min()) / NEAR).astype(np.intp) for each in (x, y)]
         sectors = np.rint(heading / ASIDE).astype(np.intp) % round(math.tau / ASIDE)
@@ -387,19 +390,26 @@ class Localiser:
             return at_x, at_y, angle, np.hypot(x - at_x, y - at_y), off
 
         *_, away, off = around()
-        best = (away < NEAR) & (np.abs(off) < ASIDE)
-        at_x, at_y, angle, away, off = around()
-        weights = self._weights[best]
-        share = float(weights.sum())
+        reach, near = NEAR, 0.0
+        while True:
+            best = (away < reach) & (np.abs(off) < ASIDE)
+            weights = self._weights[best]
+            share = float(weights.sum())
+            near = near or share
+            at_x, at_y, angle, away, off = around()
+            wide = math.sqrt(weights @ away[best] ** 2 / share)
+            if 3 * wide <= reach or reach == WIDEST or share < APART:
+                break
+            reach = min(3 * wide, WIDEST)  # one place that is known badly, not one of several
         pose = Pose(
             at_x,
             at_y,
             angle,
             time=self._at.time if self._at else math.nan,
-            uncertainty=2 * math.sqrt(weights @ away[best] ** 2 / share),
+            uncertainty=2 * wide,
             heading_uncertainty=2 * math.sqrt(weights @ off[best] ** 2 / share),
         )
-        if share <= SURE or self._fit <= SOUND:
+        if near <= SURE or self._fit <= SOUND:
             self._settled = 0.0
         return Estimate(pose, share, self._fit, self._settled >= SETTLED)
 
