@@ -7,11 +7,12 @@ import json
 import os
 import shutil
 import sys
-import textwrap
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, Self, TextIO
 
-from elib.base.plaintext import plain
+from elib.base.plaintext import is_live as is_live
+from elib.base.plaintext import plain, two_columns
+from elib.base.plaintext import say as say
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -21,11 +22,6 @@ WIDEST = 100
 
 BLOCKS = "▁▂▃▄▅▆▇█"
 DIM, BOLD, GREEN, YELLOW, RED, CYAN = "2", "1", "32", "33", "31", "36"
-
-
-def say(text: str = "") -> None:
-    """Print a message that is not the result, on stderr."""
-    print(plain(text), file=sys.stderr, flush=True)
 
 
 def print_json(value: object) -> None:
@@ -45,11 +41,6 @@ def json_line(value: object) -> str:
     return json.dumps(to_json(value), ensure_ascii=False)
 
 
-def is_live(stream: TextIO) -> bool:
-    """Return whether *stream* is a terminal on which a line can be overwritten."""
-    return stream.isatty() and os.environ.get("TERM") != "dumb"
-
-
 def has_colour(stream: TextIO) -> bool:
     """Return whether *stream* shows colours, and the user wants them (https://no-color.org)."""
     return is_live(stream) and not os.environ.get("NO_COLOR")
@@ -67,22 +58,8 @@ def paint(text: str, code: str, stream: TextIO) -> str:
 
 def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None = None) -> str:
     """Return two aligned columns, safe to print; the second one is wrapped to *width*, by default the terminal's."""
-    rows = [(plain(label), plain(text)) for label, text in rows]
-    width = columns() if width is None else width
-    # A label longer than this gets a line of its own: one long word should not push all texts to the edge.
-    longest = max((len(label) for label, _ in rows if len(label) <= width // 2), default=0)
-    margin = " " * (indent + longest + 2)
-    lines: list[str] = []
-    for label, text in rows:
-        first = f"{' ' * indent}{label}"
-        if len(label) > longest:
-            lines.append(first)
-            first = ""
-        # A path or a URL stays whole, so that it can be copied.
-        wrapped = textwrap.wrap(text, width - len(margin), break_on_hyphens=False, break_long_words=False) or [""]
-        lines.append(f"{first:<{len(margin)}}{wrapped[0]}".rstrip())
-        lines.extend(margin + line for line in wrapped[1:])
-    return "\n".join(lines)
+    told = [(plain(label), plain(text)) for label, text in rows]
+    return two_columns(told, columns() if width is None else width, indent=indent)
 
 
 def grid(heading: Sequence[str], rows: Iterable[Iterable[str]], *, left: int = 1) -> str:

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import importlib.util
 import io
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from elib.base.errors import ArgumentError, Unsupported
-from elib.base.extras import install
-from elib.base.files import write_file
+from elib.base.errors import ArgumentError
+from elib.base.plots import check_plot
+from elib.base.plots import save as save
 from elib.simulator.drawing.png import png_of
 from elib.simulator.drawing.top import Trail
 from elib.simulator.physics import Snapshot
 
-SUFFIXES = (".png", ".svg", ".pdf")
 HOLE = 2.0
 """s without a reading after which its line is broken."""
 INK, PAPER, GRID = "#2b2d33", "#ffffff", "#c9ced6"
@@ -31,36 +28,20 @@ SHADES = ("#eef1f5", "#dde4ee")
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """Lines over time.
+    """Lines over time."""
 
-    Attributes:
-        title: What they are, with the unit.
-        times: s; the same for all lines.
-        lines: Their values at these times.
-        names: What each is called.
-        is_stepped: A value holds until the next one.
-    """
-
-    title: str
-    times: Sequence[float]
-    lines: Sequence[Sequence[float]]
-    names: Sequence[str]
-    is_stepped: bool = False
+    title: str  # what they are, with the unit
+    times: Sequence[float]  # s; the same for all lines
+    lines: Sequence[Sequence[float]]  # their values at these times
+    names: Sequence[str]  # what each is called
+    is_stepped: bool = False  # a value holds until the next one
 
 
 def check_report(path: str | PathLike[str]) -> None:
-    """Check that a report can be written, before anything runs for it.
-
-    Raises:
-        ArgumentError: The name ends in something that is none of the formats.
-        Unsupported: Matplotlib is not installed.
-    """
-    if Path(path).suffix.lower() not in SUFFIXES:
-        raise ArgumentError(f"a plot cannot become {fspath(path)!r}; its name must end in {', '.join(SUFFIXES)}")
+    """Check that a report can be written, before anything runs for it."""
     if not Path(path).parent.is_dir():
         raise ArgumentError(f"there is no folder {fspath(Path(path).parent)!r} for the plot {fspath(path)!r}")
-    if importlib.util.find_spec("matplotlib") is None:
-        raise Unsupported("plots need Matplotlib, which is not installed", hint=install("plot"))
+    check_plot(path)
 
 
 def draw_report(
@@ -83,11 +64,6 @@ def draw_report(
         charts: One below the other.
         states: When each state began, s, and its name.
         seconds: When it ended, s.
-
-    Raises:
-        ArgumentError: The name ends otherwise.
-        Unsupported: Matplotlib is not installed.
-        ElibError: The disk is full.
     """
     check_report(path)
     rows = max(1, len(charts))
@@ -118,24 +94,6 @@ def figure_of(width: float, height: float, title: str) -> Any:
     figure = Figure(figsize=(width, height), dpi=110, facecolor=PAPER, layout="constrained")
     figure.suptitle(title, color=INK, fontsize=13, x=0.01, ha="left")
     return figure
-
-
-def save(figure: Any, path: str | PathLike[str]) -> None:
-    """Write a figure of Matplotlib into a file, in the form that its name says.
-
-    An SVG has the same bytes on every run: the names of its parts are random without a salt.
-
-    Raises:
-        ArgumentError: The file cannot be written.
-        ElibError: The disk is full.
-    """
-    from matplotlib import rc_context
-
-    form, page = Path(path).suffix.lower().removeprefix("."), io.BytesIO()
-    with rc_context({"svg.hashsalt": "elib"}), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # characters that the font does not have become boxes
-        figure.savefig(page, format=form, metadata={"Date": None} if form == "svg" else None)
-    write_file(path, page.getvalue())
 
 
 def trim(axes: Any) -> None:

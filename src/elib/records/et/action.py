@@ -16,30 +16,24 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 from itertools import compress
 from typing import Any, ClassVar
 
 from elib.records.et.formats import Writer
+from elib.records.et.pairing import Pairing
 from elib.records.et.rows import Block
-from elib.records.et.table import Table
+from elib.records.et.table import Header, Table
 
 
 class Action(ABC):
-    """Something that et can do with rows.
+    """Something that et can do with rows."""
 
-    Attributes:
-        is_streaming: Results come while the rows are read, not only after the last one.
-    """
-
-    is_streaming: ClassVar[bool] = False
+    is_streaming: ClassVar[bool] = False  # results come while the rows are read, not only after the last one
 
     @abstractmethod
     def run(self, blocks: Iterable[Block], writer: Writer) -> None:
-        """Read all rows and write the results.
-
-        Raises:
-            RowError: A row is not what the action needs.
-        """
+        """Read all rows and write the results."""
 
     @property
     def notes(self) -> list[str]:
@@ -83,7 +77,20 @@ class Figure(TableAction):
 
     def table(self, blocks: Iterable[Block]) -> Table:
         """Return the number as a table."""
-        return Table.of_figure(type(self).__name__.lower(), self.figure(blocks))
+        header = Header(type(self).__name__.lower(), decimals=8)
+        return Table([header], [(self.figure(blocks),)], text="bare")
+
+
+@dataclass
+class Paired(Action):
+    """An action on calls and their outcomes."""
+
+    pairing: Pairing = field(default_factory=Pairing, init=False)
+
+    @property
+    def notes(self) -> list[str]:
+        """Notes for the user about rows without a partner."""
+        return self.pairing.notes
 
 
 class Plotted(ABC):
