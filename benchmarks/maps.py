@@ -235,12 +235,15 @@ def compared(grid: elib.Grid, real: elib.Grid, believed: Pose, true: Pose) -> di
 
 # -- all of it ---------------------------------------------------------------------------------------------------------
 
-FIRMWARES = "asercom-1.2.2", "epuck2"
-FAULTS = "", "flaky-bluetooth"
+LINKS = tuple(
+    (firmware, fault) for firmware in ("asercom-1.2.2", "btcom-1.1.3", "epuck2") for fault in ("", "flaky-bluetooth")
+)
+LINKS += (("epuck2-wifi", ""),)
+"""Firmwares and links. The script of faults is one of Bluetooth."""
 
 
 @quick(robots=2, maps=1)
-def measured(robots: int = 50, maps: int = 10, seed: int = 40, processes: int = 2) -> Tables:
+def measured(robots: int = 50, maps: int = 10, seed: int = 40, processes: int = 2, only: str = "") -> Tables:
     """Let drawn robots find where they are, drive through the maze, and draw it.
 
     Args:
@@ -248,10 +251,11 @@ def measured(robots: int = 50, maps: int = 10, seed: int = 40, processes: int = 
         maps: How many draw a map; over the link without faults.
         seed: What the robots' own seeds are drawn by.
         processes: How many work at once.
+        only: What the firmware and the faults, behind a comma, begin with.
     """
     seeds = random.Random(seed).sample(range(10**6), max(robots, maps))
-    for firmware in FIRMWARES:
-        for fault in FAULTS:
+    for firmware, fault in LINKS:
+        if f"{firmware},{fault}".startswith(only):
             with ProcessPoolExecutor(processes) as pool:
                 tables = _table(pool, firmware, fault, seeds[:robots], [] if fault else seeds[:maps])
             yield f"{firmware}{f', {fault}' if fault else ''}", tables

@@ -11,6 +11,8 @@ import pytest
 from pages import ROOT, all_blocks, links, name_of, programs
 
 PAGES = sorted((ROOT / "docs/tutorial").glob("*.md"))
+SLOW = {ROOT / "docs/tutorial/07-where-am-i.md"}
+"""It draws a map; the quick lane draws that of the guide."""
 
 
 def test_there_are_seven_pages() -> None:
@@ -25,7 +27,9 @@ def test_there_are_seven_pages() -> None:
     ]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name_of)
+@pytest.mark.parametrize(
+    "page", [pytest.param(page, marks=pytest.mark.long if page in SLOW else (), id=name_of(page)) for page in PAGES]
+)
 def test_each_program_prints_what_is_shown_below_it(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -45,7 +45,7 @@ def test_a_map_may_be_turned_and_moved_a_little_and_no_more(turned: float, moved
     assert share >= wanted if wanted else share < 0.8
 
 
-@pytest.mark.parametrize("cheat", [".", "#", "?", "#.", "#..", "#...", "##....", ".#.#.?"])
+@pytest.mark.parametrize("cheat", [".", "#.", "#...", ".#.#.?"])
 def test_a_pattern_is_no_map(cheat: str) -> None:
     rows = [(cheat * 90)[k : k + 60] for k in range(60)]
     assert least(PrintedMap(0.01, -0.3, -0.3, rows)) < 0.7

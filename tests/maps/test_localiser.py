@@ -14,9 +14,10 @@ from elib.base.errors import ArgumentError
 from elib.base.pose import Pose, advanced
 from elib.behaviours.wall_following import follow
 from elib.link.protocol.distances import distances
+from elib.link.protocol.tags import Tag
 from elib.link.protocol.values import Proximity, Wheels
-from elib.maps.localiser import FARTHEST
-from elib.simulator.physics import Scene, World
+from elib.maps.localiser import FARTHEST, GROUND, LENS, MIN_GUESSES
+from elib.simulator.physics import Colour, Patch, Scene, World
 
 NOTHING = [math.inf] * 8
 
@@ -123,3 +124,54 @@ def test_the_same_seed_gives_the_same_estimates(grid: elib.Grid) -> None:
 def test_a_map_without_room_for_a_robot_is_an_error() -> None:
     with pytest.raises(ArgumentError, match="no place where a robot has room"):
         elib.Localiser(elib.Grid())
+
+
+def test_the_first_looks_draw_guesses_at_the_place_of_the_robot(grid: elib.Grid) -> None:
+    found = []
+    for seed in range(3):
+        world = maze(seed)
+        localiser = elib.Localiser(grid, seed=seed)
+        Drive(world, localiser).on(2.5)
+        real, (x, y, heading) = world.pose(0), localiser._guesses.T[:3]
+        off = np.abs(np.remainder(heading - real.heading + math.pi, math.tau) - math.pi)
+        found.append(int(((np.hypot(x - real.x, y - real.y) < 0.02) & (off < math.radians(9))).sum()))
+    assert min(found) >= 1, found
+    assert sum(found) > 6, found
+
+
+def test_where_nothing_is_near_no_guess_is_drawn(grid: elib.Grid) -> None:
+    localiser = elib.Localiser(grid)
+    for k in range(20):
+        assert not localiser.update(Pose(0.01 * k, 0.0), NOTHING).is_sure
+    assert len(localiser._guesses) == MIN_GUESSES
+
+
+def test_tags_find_a_robot_where_nothing_is_near() -> None:
+    localiser = elib.Localiser(elib.Grid.of_world("square"))
+    real, tags = Pose(0.4, 0.5, 0.3), ((1.0, 0.7), (1.0, 0.35))
+    for x, y in tags:
+        right, up = x - real.x - LENS * math.cos(real.heading), y - real.y - LENS * math.sin(real.heading)
+        tag = Tag(1, math.hypot(right, up), math.atan2(up, right) - real.heading, 0.02, 0.02)
+        localiser.see_tag(tag, x, y)
+    found = localiser.estimate
+    assert found.share > 0.7
+    assert math.dist((found.pose.x, found.pose.y), (real.x, real.y)) < found.pose.uncertainty < 0.08
+
+
+def test_the_floor_tells_two_places_apart_that_look_alike() -> None:
+    grid = elib.Grid.of_world(Scene(1.0, 1.0, paint=(Patch(0.2, 0.4, 0.2, 0.2, Colour(16, 16, 16)),)))
+    localiser = elib.Localiser(grid, Pose(0.5, 0.5, uncertainty=0.6, heading_uncertainty=0.1))
+    localiser.see_floor([900] * 3)
+    for k in range(5):
+        localiser.update(Pose(0.01 * k, 0.0), NOTHING)
+        localiser.see_floor([350] * 3)
+    x, y = localiser._guesses.T[:2]
+    assert np.mean((abs(x + GROUND[1][0] - 0.3) < 0.12) & (abs(y - 0.5) < 0.12)) > 0.75
+
+
+def test_a_place_that_is_known_badly_says_so_and_is_not_lost() -> None:
+    localiser = elib.Localiser(elib.Grid.of_world("square"), Pose(0.3, 0.5, uncertainty=0.2, heading_uncertainty=0.2))
+    pose = localiser.update(Pose(0.0, 0.0), None).pose
+    assert pose.uncertainty == pytest.approx(0.2 * math.sqrt(2), rel=0.2)
+    assert localiser.estimate.share > 0.9
+    assert not localiser.estimate.is_sure

@@ -93,9 +93,9 @@ async def test_a_page_is_told_a_title_for_lines_of_each_kind_also_those_of_a_rec
 async def test_a_map_of_what_a_robot_met_is_saved_as_a_picture_and_as_a_world() -> None:
     async with guarded(urls=["sim://"]) as rig, opened(rig.url) as page:
         key = await page.connected()
-        grid = rig.panel.slots[key].watcher.map
         refused = await page.ask("save_map", robot=key, name="room")
         assert refused["error"]["message"] == "there is no wall on the map yet"
+        grid = rig.panel.slots[key].watcher.map = elib.Grid()
         for _ in range(5):
             grid.add(Pose(0, 0, 0), [0.03] * 8)
         saved = await page.ask("save_map", robot=key, name="room")

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import html
 import inspect
+import os
 import re
+import sys
 import textwrap
 from collections.abc import Iterable, Sequence
+from typing import TextIO
 
 _UNSAFE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 """Control characters but tabs and ends of lines, and those that turn the direction of text."""
@@ -15,6 +18,16 @@ _UNSAFE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 def plain(text: str) -> str:
     r"""Return *text* with its control characters as escapes such as ``\x1b``: a terminal does not obey them."""
     return _UNSAFE.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
+
+
+def say(text: str = "") -> None:
+    """Print a message that is not the result, on stderr."""
+    print(plain(text), file=sys.stderr, flush=True)
+
+
+def is_live(stream: TextIO) -> bool:
+    """Return whether *stream* is a terminal on which a line can be overwritten."""
+    return stream.isatty() and os.environ.get("TERM") != "dumb"
 
 
 def two_columns(rows: Sequence[tuple[str, str]], width: int, *, indent: int = 2, widest: int | None = None) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import functools
 import math
@@ -50,11 +51,15 @@ async def draw(robot: Epuck, grid: Grid, *, pace: float = 0.08) -> None:
 
     given_up: list[tuple[float, float]] = []
     async with robot.motion.under_way(robot, "explore"):
-        guide = Guide(robot, grid, pace, TURN_RATE, draws=True)
+        guide = await asyncio.to_thread(Guide, robot, grid, pace, TURN_RATE, draws=True)
         try:
             await guide.look_round()
             await _along_walls(guide, min(pace / WHEEL_CIRCUMFERENCE, MAX_CRUISE))
-            while (goal := frontier(grid, (guide.estimate.pose.x, guide.estimate.pose.y), given_up)) is not None:
+            while (
+                goal := await asyncio.to_thread(
+                    frontier, grid, (guide.estimate.pose.x, guide.estimate.pose.y), given_up
+                )
+            ) is not None:
                 with contextlib.suppress(NoWay):
                     await guide.drive_to(goal, functools.partial(is_seen, grid, goal))
                 if not is_seen(grid, goal):
@@ -80,7 +85,7 @@ async def _along_walls(guide: Guide, cruise: float) -> None:
         if heading is not None:
             if not is_straight:  # what was drawn before may be turned against it
                 guide.known.odds[:] = 0
-                guide.localiser.renew()
+                await asyncio.to_thread(guide.localiser.renew)
             is_straight = True
             guide.localiser.turn_to(heading, STRAIGHT)
         wheels = follow(guide.near, wheels, cruise=cruise, is_lost=first is None)

@@ -79,7 +79,8 @@ def mark(
     wrong: list[str] = []
     try:
         for task, each, submissions in work:
-            marks = mark_all(task.folder, submissions, jobs=jobs or os.cpu_count() or 1, safe=not unsafe, done=done)
+            at_once, draws = jobs or os.cpu_count() or 1, html is not None
+            marks = mark_all(task.folder, submissions, jobs=at_once, safe=not unsafe, draws=draws, done=done)
             _note_similar(task, submissions, marks)
             marked.append((task, marks))
             if is_mistake(task, each / "submission"):

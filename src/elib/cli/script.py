@@ -181,20 +181,15 @@ def _champion(path: Path, arguments: Sequence[str], *, is_named: bool) -> Abstra
 
 
 class ProgramRun:
-    """One run of what drives robots: the robots that it opens, and how it ends.
-
-    Attributes:
-        robots: What each robot did, in the order of opening; a robot that was opened twice is there twice.
-        reason: Why it ended: a key of ENDINGS.
-        error: The error that ended it, if none of the program's own lines is in its traceback; None before.
-        limit: Ends it when its time is over.
-    """
+    """One run of what drives robots: the robots that it opens, and how it ends."""
 
     def __init__(self, name: str, records: Records, seconds: float | None) -> None:
         self.name = name
+        # what each robot did, in the order of opening; a robot that was opened twice is there twice
         self.robots: list[RobotReport] = []
         self.seconds = seconds
-        self.reason = "done"
+        self.reason = "done"  # why it ended: a key of ENDINGS
+        # the error that ended it, if none of the program's own lines is in its traceback; None before
         self.error: BaseException | None = None
         self._records = records
         self._files: list[Log | Recorder] = []
@@ -204,7 +199,7 @@ class ProgramRun:
         self._duration: float | None = None
         self._is_swarm = False
         self._say: Callable[[str], object] = say
-        self.limit = TimeLimit("elib run --for")
+        self.limit = TimeLimit("elib run --for")  # ends it when its time is over
 
     @property
     def time(self) -> float:

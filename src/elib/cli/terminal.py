@@ -10,7 +10,9 @@ import sys
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, Self, TextIO
 
+from elib.base.plaintext import is_live as is_live
 from elib.base.plaintext import plain, two_columns
+from elib.base.plaintext import say as say
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -20,11 +22,6 @@ WIDEST = 100
 
 BLOCKS = "▁▂▃▄▅▆▇█"
 DIM, BOLD, GREEN, YELLOW, RED, CYAN = "2", "1", "32", "33", "31", "36"
-
-
-def say(text: str = "") -> None:
-    """Print a message that is not the result, on stderr."""
-    print(plain(text), file=sys.stderr, flush=True)
 
 
 def print_json(value: object) -> None:
@@ -42,11 +39,6 @@ def json_line(value: object) -> str:
     from elib.link.protocol.words import to_json  # the list of commands needs no protocol
 
     return json.dumps(to_json(value), ensure_ascii=False)
-
-
-def is_live(stream: TextIO) -> bool:
-    """Return whether *stream* is a terminal on which a line can be overwritten."""
-    return stream.isatty() and os.environ.get("TERM") != "dumb"
 
 
 def has_colour(stream: TextIO) -> bool:

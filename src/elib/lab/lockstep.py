@@ -243,12 +243,6 @@ class LockstepTransport(BufferedTransport):
     def _unsent(self) -> int:
         return self._kept
 
-    def _pause(self) -> None:
-        """Do nothing: the marker sends no more than a robot's line carries."""
-
-    def _resume(self) -> None:
-        """Do nothing."""
-
     def send_message(self, message: bytes) -> None:
         """Let the robot say *message* to others by range and bearing, from now on.
 

@@ -66,6 +66,7 @@ def mark_all(
     jobs: int,
     safe: bool = True,
     limits: Limits = LIMITS,
+    draws: bool = True,
     done: Callable[[Mark], object] = lambda mark: None,
 ) -> list[Mark]:
     """Mark submissions, each in a process of its own, and return the marks in the same order."""
@@ -73,7 +74,8 @@ def mark_all(
     context = multiprocessing.get_context("spawn")
     workers = ProcessPoolExecutor(jobs, context, initializer=_end_with_the_marker)
     futures: dict[Future[Mark], int] = {
-        workers.submit(mark, folder, submission, safe, limits): index for index, submission in enumerate(submissions)
+        workers.submit(mark, folder, submission, safe, limits, draws): index
+        for index, submission in enumerate(submissions)
     }
     marks: dict[int, Mark] = {}
     try:
@@ -98,14 +100,15 @@ def _end_with_the_marker() -> None:
         ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
 
 
-def mark(folder: Path, submission: Submission, safe: bool = True, limits: Limits = LIMITS) -> Mark:
-    """Run a submission in all variants, and return its mark."""
+def mark(folder: Path, submission: Submission, safe: bool = True, limits: Limits = LIMITS, draws: bool = True) -> Mark:
+    """Run a submission in all variants, and return its mark, with pictures if they are to be seen."""
     lab = _lab(folder)
     result = Mark(submission.name, 0.0, lab.points, goals={goal.name: 0 for goal in lab.goals})
     if submission.problem:
         result.remarks.append(submission.problem)
         return result
-    result.machine = picture_of(submission.files[submission.main].decode(errors="replace"))
+    if draws:
+        result.machine = picture_of(submission.files[submission.main].decode(errors="replace"))
     for variant in lab.variants:
         children: list[Child] = []
 
@@ -119,7 +122,7 @@ def mark(folder: Path, submission: Submission, safe: bool = True, limits: Limits
         child.kill()
         if not child.began and not child.exceeded:
             raise ElibError(f"{submission.name} could not be started: {child.output.strip() or 'it says nothing'}")
-        if not _add(result, found, child):
+        if not _add(result, found, child, draws):
             break
     missing = len(lab.variants) - len(result.runs)
     if missing:
@@ -131,7 +134,7 @@ def mark(folder: Path, submission: Submission, safe: bool = True, limits: Limits
     return result
 
 
-def _add(result: Mark, found: VariantResult, child: Child) -> bool:
+def _add(result: Mark, found: VariantResult, child: Child, draws: bool) -> bool:
     """Add what happened in a variant, and return whether the submission is run in the others too."""
     remark = child.exceeded or found.why
     if found.ending == "failed" and not child.exceeded:
@@ -149,9 +152,10 @@ def _add(result: Mark, found: VariantResult, child: Child) -> bool:
         result.remarks.append(f"{text} ({name})")
     for goal in found.goals:
         result.goals[goal.goal.name] += goal.holds
+    picture = None
     with contextlib.suppress(ValueError):
-        picture = found.draw(size=PICTURE_SIZE) or ""
-    result.runs.append(MarkedRun(name, found.goals, remark, picture))
+        picture = found.draw(size=PICTURE_SIZE) if draws else None
+    result.runs.append(MarkedRun(name, found.goals, remark, picture or ""))
     result.output = child.output[-SHOWN_OUTPUT:]
     return not (child.exceeded or found.ending in ("broke", "wall"))
 

@@ -16,6 +16,8 @@ TURNS, SHIFTS = range(-3, 4), range(-2, 3)
 """How a map is laid over the world: turned by so many times 2 degrees, and moved by so many centimetres each way. No
 robot knows its place and its heading at the start exactly, and a map is not worse for that."""
 MAX_SQUARES = 100_000
+MAX_TRIED = 2_000
+"""Occupied squares that are looked for in the world: a map that is black all over would keep a marker busy."""
 HEAD = re.compile(r"^map (\S+) (\S+) (\S+)\n((?:[#.?]+(?:\n|\Z))+)", re.MULTILINE)
 
 Surface = tuple[float, float, float, float]
@@ -89,6 +91,7 @@ def compared(told: PrintedMap, start: Place, surfaces: Iterable[Surface], within
     free = [(column * STEP, row * STEP) for column, row in ground if column % 2 == row % 2 == 0]
     solid = told.occupied()
     beside = _spread(solid, within)
+    tried = sorted(solid)[:: 1 + len(solid) // MAX_TRIED]
 
     def shares(turn: float, right: float, up: float) -> Shares:
         cos, sin = math.cos(start[2] + turn), math.sin(start[2] + turn)
@@ -104,7 +107,7 @@ def compared(told: PrintedMap, start: Place, surfaces: Iterable[Surface], within
         return Shares(
             _share([told.is_free(*to_map(*place)) for place in free]),
             _share([_square(*to_map(*place)) in beside for place in walls]),
-            _share([_square(*to_world(column * STEP, row * STEP)) in near for column, row in solid]),
+            _share([_square(*to_world(column * STEP, row * STEP)) in near for column, row in tried]),
         )
 
     fits = (shares(math.radians(2 * turn), STEP * x, STEP * y) for turn, x, y in product(TURNS, SHIFTS, SHIFTS))

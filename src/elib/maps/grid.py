@@ -56,6 +56,8 @@ class Grid:
         y: Middle of the first row, m.
         odds: For each row, from the least y, and column the logarithm of the odds that something is there: 0 if nothing
             is known, at most 4, at least -4.
+        dark: By rows and columns, where the floor is dark to the ground sensors; None if that is not known, as it is of
+            a map that grows or comes from a file.
 
     Example:
         >>> grid = elib.Grid()
@@ -71,6 +73,7 @@ class Grid:
         self.cell = float(CELL.require(cell, "cell", "the grid's "))
         self.x = self.y = 0.0
         self.odds: NDArray[np.float32] = np.zeros((0, 0), np.float32)
+        self.dark: NDArray[np.bool_] | None = None
         self.changes = 0
         """How often something was added: what was made from the map before is old."""
 
@@ -78,6 +81,7 @@ class Grid:
         """Return a map that knows the same and goes its own way."""
         made = Grid(self.cell)
         made.x, made.y, made.odds, made.changes = self.x, self.y, self.odds.copy(), self.changes
+        made.dark = self.dark
         return made
 
     # -- what it knows -------------------------------------------------------------------------------------------------
@@ -210,6 +214,7 @@ class Grid:
                 f"the map would reach from ({left:.2f}, {bottom:.2f}) to ({right:.2f}, {top:.2f}) m: too large",
                 hint="is the pose right? Larger squares make a larger map: elib.Grid(0.02)",
             )
+        self.dark = None
         self.odds = np.pad(self.odds, ((before[0], after[0]), (before[1], after[1])))
         self.x -= before[1] * self.cell
         self.y -= before[0] * self.cell
@@ -251,6 +256,17 @@ class Grid:
             grid.odds[wide & deep] = MAX_ODDS
         for post in scene.cylinders:
             grid.fill(post.x, post.y, post.radius)
+        if scene.paint:
+            floor = importlib.import_module("elib.simulator.physics.floor").floor_of(scene)
+            ground = importlib.import_module("elib.simulator.physics.sensors.ground")
+            pixels = np.array(floor.pixels).reshape(floor.rows, floor.columns)
+            places = [
+                np.minimum((np.arange(size) * grid.cell * floor.scale).astype(int), limit - 1)
+                for size, limit in zip(grid.odds.shape, pixels.shape, strict=True)
+            ]
+            colours, kinds = np.unique(pixels[np.ix_(*places)], return_inverse=True)
+            is_dark = [each >= ground.HOLE_MARK or ground.brightness(int(each)) < 0.5 for each in colours]
+            grid.dark = np.array(is_dark)[kinds.reshape(grid.odds.shape)]
         grid.changes += 1
         return grid
 

@@ -11,12 +11,14 @@ import numpy as np
 
 from elib.base.body import AXLE, AXLE_SPREAD, RADIUS, SENSOR_DIRECTIONS, SENSOR_RADIUS, WHEEL_SPREAD
 from elib.base.errors import ArgumentError
-from elib.base.infrared import LIGHT, MIN_COUNT, REACH, SETBACK, wall_distance
+from elib.base.infrared import LIGHT, MIN_COUNT, NINE_IN_TEN, REACH, SETBACK, wall_distance
 from elib.base.pose import Pose, apart
 from elib.maps.grid import Grid
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from elib.link.protocol.tags import Tag
 
     Floats = NDArray[np.float64]
     Indices = NDArray[np.intp]
@@ -26,6 +28,9 @@ BINS: Final = 72
 FAN: Final = ((0, 0.5), (6, 0.25), (-6, 0.25))
 """What a sensor sees: directions from its axis, in bins, and their shares of the light; 30 degrees to each side, as in
 the simulator (elib.simulator.physics.profiles)."""
+DIRECTIONS: Final = np.array(SENSOR_DIRECTIONS, np.float32)[:, None]
+AHEAD, BESIDE = np.cos(DIRECTIONS), np.sin(DIRECTIONS)
+"""Where the sensors look, rad, as a column, and the parts of that ahead and to the left."""
 FARTHEST: Final = wall_distance(MIN_COUNT)
 """m. What is farther is not seen."""
 NOISE, WRONG = 0.004, 0.12
@@ -33,10 +38,19 @@ NOISE, WRONG = 0.004, 0.12
 infrared.distance_8_sensors) and the open air."""
 STRAY: Final = 0.1
 """Share of readings that have nothing to do with the map: things that it does not have, glitches."""
+MISTAKEN: Final = 0.01
+"""Share of tags and looks at the floor that are mistaken. Chosen."""
 UNKNOWN: Final = 0.9
 """How well what is read on unknown ground fits: nearly as well as what is right."""
 TRUST: Final = 0.15
 """Weight of the eight readings of one place: the errors of gains come again at the next."""
+LENS: Final = 0.030
+"""m from the middle of the robot to the camera (Webots)."""
+GROUND: Final = ((0.030, 0.009), (0.030, 0.0), (0.030, -0.009))
+"""m ahead and to the left: the ground sensors left, centre and right (ARGoS, epuck_ros2)."""
+DARK: Final = 0.8
+"""Part of the most that a ground sensor has read, below which it is over something dark: over black, 95 in 100 read 0.6
+of what they read over white (measured-robots: ground.thirty_robots), and pale floors 0.9."""
 STRIDE, TURN = 0.005, math.radians(3)
 """m driven or rad turned from one look to the next: the same reading again says nothing new."""
 BEND: Final = math.sqrt(2) * WHEEL_SPREAD / AXLE
@@ -47,12 +61,20 @@ SLIP, SKID = 0.02, 0.03
 """Part of a way, and of a turn, that is lost or won by chance, of a step of 1 cm or 10 degrees."""
 MAX_GUESSES, MIN_GUESSES, PER_PLACE = 8_000, 300, 15
 """Guesses where nothing is known, at least, and for each place of 5 cm and 15 degrees that still has some."""
+FIRST_LOOKS, CANDIDATES, DRAWN = 10, 60_000, 2_000
+"""The first looks each try so many places, and draw so many guesses from those that fit. Of guesses that are spread
+evenly, one in 60,000 is within 1 cm and 4 degrees of the robot, in the maze: after a metre none would be left."""
+TELLING: Final = 0.04
+"""m from something at which a look tells enough to draw guesses by it."""
 SOUND: Final = 0.75
 """Mean fit of the readings, 0 to 1, below which the robot is lost. Where it should be it has 0.8."""
 MEMORY: Final = 0.1
 """Weight of a look in the mean fit: after 10 looks, 5 cm, they count."""
 NEAR, ASIDE = 0.06, math.radians(30)
 """m and rad from the likeliest place within which guesses are for the same one."""
+WIDEST, APART = 0.25, 0.1
+"""m from the likeliest place to which guesses for it are looked for if they lie that wide, as after a way in the open;
+and share of all guesses from which on: fewer are spread over the map."""
 SURE, SETTLED = 0.9, 0.3
 """Share of the guesses in one place from which it is believed, and m that the robot must have driven since."""
 
@@ -105,10 +127,11 @@ class Localiser:
         self._at: Pose | None = None
         self._moved = self._turned = 0.0
         self._settled = 0.0 if pose is None else math.inf
-        self._fit = 1.0
+        self._fit, self._to_draw = 1.0, 0
+        self._palest = 0.0
         self.renew()
         if pose is None:
-            self._spread(MAX_GUESSES)
+            self._forget()
         else:
             self._guesses = self._around(pose, MIN_GUESSES)
             self._weights = np.full(MIN_GUESSES, 1 / MIN_GUESSES)
@@ -121,7 +144,8 @@ class Localiser:
 
     def renew(self) -> None:
         """Take the map as it is now."""
-        self._far, self._clear = expected(self.map), self.map.clearance(RADIUS + self.map.cell)
+        self._far = np.pad(expected(self.map), ((0, 0), (1, 1), (1, 1)), constant_values=math.nan)
+        self._clear = self.map.clearance(RADIUS + self.map.cell)
         self._x, self._y = self.map.x, self.map.y  # those of a map that grows change
 
     def turn_to(self, heading: float, deviation: float) -> None:
@@ -135,6 +159,65 @@ class Localiser:
         self._weights *= np.exp(-0.5 * np.minimum((off / deviation) ** 2, 50.0))
         self._weights /= self._weights.sum()
         self.estimate = self._judge()
+
+    def see_tag(self, tag: Tag, x: float, y: float) -> Estimate:
+        """Take a tag into account whose place is known. A robot that is lost is looked for where it would see it so.
+
+        Args:
+            tag: One of ``robot.tags()``.
+            x: Where that tag is on the map, m.
+            y: The same.
+        """
+        far, aside = tag.distance_error / NINE_IN_TEN, tag.bearing_error / NINE_IN_TEN
+        if self._to_draw == FIRST_LOOKS:
+            guesses = self._anywhere(MAX_GUESSES)
+            towards = guesses[:, 2]
+            gap = tag.distance + far * self._random.standard_normal(MAX_GUESSES)
+            heading = towards - tag.bearing - aside * self._random.standard_normal(MAX_GUESSES)
+            guesses[:, 0] = x - gap * np.cos(towards) - LENS * np.cos(heading)
+            guesses[:, 1] = y - gap * np.sin(towards) - LENS * np.sin(heading)
+            guesses[:, 2] = heading
+            self._guesses = guesses[self._has_room(guesses)]
+            self._weights = np.full(len(self._guesses), 1 / max(1, len(self._guesses)))
+            self._to_draw = 0
+            if not len(self._guesses):
+                self._forget()
+        else:
+            at_x, at_y, heading = self._guesses.T[:3]
+            right, up = x - at_x - LENS * np.cos(heading), y - at_y - LENS * np.sin(heading)
+            off = np.hypot(right, up) - tag.distance
+            turned = np.arctan2(up, right) - heading - tag.bearing
+            turned = np.remainder(turned + math.pi, math.tau) - math.pi
+            self._weigh(np.hypot(off / far, turned / aside))
+        self.estimate = self._judge()
+        return self.estimate
+
+    def see_floor(self, ground: Sequence[float]) -> Estimate:
+        """Take the ground sensors into account, on a map that says where the floor is dark (``Grid.dark``).
+
+        Args:
+            ground: ``robot.ground()``.
+        """
+        self._palest = max(self._palest, *ground[: len(GROUND)])
+        if self.map.dark is not None and self._to_draw != FIRST_LOOKS and self._moved == self._turned == 0:
+            x, y, heading = self._guesses.T[:3]
+            wrong = np.zeros(len(x))
+            for count, (ahead, left) in zip(ground, GROUND, strict=False):
+                row, column = self._squares(
+                    x + ahead * np.cos(heading) - left * np.sin(heading),
+                    y + ahead * np.sin(heading) + left * np.cos(heading),
+                )
+                wrong += self.map.dark[row, column] != (count < DARK * self._palest)
+            self._weigh(wrong)
+            self.estimate = self._judge()
+        return self.estimate
+
+    def _weigh(self, off: Floats) -> None:
+        """Weigh the guesses by how far they are off, in standard deviations; what is far off may be a mistake."""
+        self._weights *= MISTAKEN + (1 - MISTAKEN) * np.exp(-0.5 * off * off)
+        self._weights /= self._weights.sum()
+        if 1 / (self._weights @ self._weights) < len(self._weights) / 2:
+            self._draw()
 
     # -- what moves and what is seen -----------------------------------------------------------------------------------
 
@@ -176,58 +259,67 @@ class Localiser:
 
     def _look(self, seen: Floats) -> None:
         """Weigh the guesses by a reading."""
-        found = self._likelihoods(seen)
+        if self._to_draw:
+            if np.nanmin(seen, initial=math.inf) < TELLING:
+                self._add(seen)
+            return
+        found = self._likelihoods(seen, self._guesses, self._coarseness)
         self._weights *= found ** (TRUST * len(seen))
         whole = self._weights.sum()
         if whole > 0:
             self._weights /= whole
             self._fit += MEMORY * (float(found @ self._weights) - self._fit)
         if whole <= 0 or (self._is_carried and self._fit < SOUND):
-            self._fit = 1.0
-            self._spread(MAX_GUESSES)
+            self._forget()
         elif 1 / (self._weights @ self._weights) < len(self._weights) / 2:
             self._draw()
 
-    def _likelihoods(self, seen: Floats) -> Floats:
-        """Return for each guess how well a reading fits, 0 to 1: the geometric mean of its eight distances."""
-        far = self._expected(self._guesses)
-        off = (seen - far) / ((NOISE + WRONG * far) * (1 + self._coarseness))
+    def _likelihoods(self, seen: Floats, guesses: Floats, coarseness: float) -> Floats:
+        """Return for each guess how well a look fits, 0 to 1: the geometric mean of its eight distances."""
+        told = np.nonzero(~np.isnan(seen))[0]
+        far = self._expected(guesses)[told]
+        off = (seen[told, None].astype(np.float32) - far) / ((NOISE + WRONG * far) * (1 + coarseness))
         fits = STRAY + (1 - STRAY) * np.exp(-0.5 * off * off)
-        fits = np.where(np.isnan(far), UNKNOWN, fits)
-        fits[:, np.isnan(seen)] = 1.0
-        row, column, *_ = self._squares(*self._guesses.T[:2])
-        is_standing = self._clear[row, column] >= RADIUS - self.map.cell
-        found: Floats = np.where(is_standing, np.exp(np.log(fits).mean(1)), STRAY)
+        fits[np.isnan(far)] = UNKNOWN
+        is_standing = self._has_room(guesses)
+        found: Floats = np.where(is_standing, fits.prod(0) ** (1 / len(seen)), STRAY)
         return found
+
+    def _has_room(self, guesses: Floats) -> NDArray[np.bool_]:
+        """Return at which places a robot has room."""
+        found: NDArray[np.bool_] = self._clear[self._squares(*guesses.T[:2])] >= RADIUS - self.map.cell
+        return found
+
+    def _squares(self, x: Floats, y: Floats) -> tuple[Indices, Indices]:
+        """Return rows and columns of places; those of the nearest squares outside of the map."""
+        row, column = np.rint((y - self._y) / self.map.cell), np.rint((x - self._x) / self.map.cell)
+        rows, columns = self._clear.shape
+        return np.clip(row, 0, rows - 1).astype(np.intp), np.clip(column, 0, columns - 1).astype(np.intp)
 
     def expected(self, pose: Pose) -> Floats:
         """Return the eight distances that the map tells of a pose, m, at most 5.7 cm; nan where it is unknown."""
-        found: Floats = self._expected(np.array([[pose.x, pose.y, pose.heading]]))[0]
-        return found
+        return self._expected(np.array([[pose.x, pose.y, pose.heading]]))[:, 0].astype(np.float64)
 
-    def _expected(self, places: Floats) -> Floats:
-        x, y, heading = places.T[:3, :, None]
-        axes = heading + np.asarray(SENSOR_DIRECTIONS)
-        cosines, sines = np.cos(axes), np.sin(axes)
-        row, column, up, across, is_inside = self._squares(x + SENSOR_RADIUS * cosines, y + SENSOR_RADIUS * sines)
-        far = self._far[np.rint(axes * (BINS / math.tau)).astype(np.intp) % BINS, row, column]
+    def _expected(self, places: Floats) -> NDArray[np.float32]:
+        """Return what each sensor, by rows, would read at each place, by columns; with half the digits, for speed."""
+        x, y, heading = places.T[:3].astype(np.float32)
+        cosine, sine = np.cos(heading), np.sin(heading)
+        cosines, sines = AHEAD * cosine - BESIDE * sine, AHEAD * sine + BESIDE * cosine
+        _, rows, columns = self._far.shape
+        across = (x - self._x) / self.map.cell + 1 + SENSOR_RADIUS / self.map.cell * cosines
+        up = (y - self._y) / self.map.cell + 1 + SENSOR_RADIUS / self.map.cell * sines
+        row, column = np.clip(np.rint(up), 0, rows - 1), np.clip(np.rint(across), 0, columns - 1)
+        sector = np.rint((heading + DIRECTIONS) * (BINS / math.tau)).astype(np.int32) % BINS
+        far = self._far.take((sector * rows + row.astype(np.int32)) * columns + column.astype(np.int32))
         # From the place of the sensor instead of the middle of its square.
-        far = far - self.map.cell * (across * cosines + up * sines)
-        found: Floats = np.where(is_inside, np.clip(far, 0, FARTHEST), np.nan)
+        far -= self.map.cell * ((across - column) * cosines + (up - row) * sines)
+        found: NDArray[np.float32] = np.clip(far, 0, FARTHEST)
         return found
-
-    def _squares(self, x: Floats, y: Floats) -> tuple[Indices, Indices, Floats, Floats, NDArray[np.bool_]]:
-        """Return rows and columns of places, how far these lie above and right of their middles, and which have one."""
-        up, across = (y - self._y) / self.map.cell, (x - self._x) / self.map.cell
-        rows, columns = self._clear.shape
-        row, column = np.rint(up).astype(np.intp), np.rint(across).astype(np.intp)
-        is_inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        return np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1), up - row, across - column, is_inside
 
     @property
     def _coarseness(self) -> float:
         """How far apart the guesses are, 0 to 1: many are spread widely, and none is exactly right."""
-        return math.sqrt(len(self._weights) / MAX_GUESSES) if len(self._weights) > 4 * MIN_GUESSES else 0.0
+        return min(1.0, math.sqrt(len(self._weights) / MAX_GUESSES)) if len(self._weights) > 4 * MIN_GUESSES else 0.0
 
     # -- guesses -------------------------------------------------------------------------------------------------------
 
@@ -238,8 +330,8 @@ class Localiser:
         middle = np.array((pose.x, pose.y, pose.heading, 0.0, 1.0))
         return middle + spread * self._random.standard_normal((count, 5))
 
-    def _spread(self, count: int) -> None:
-        """Spread guesses wherever the robot can be."""
+    def _anywhere(self, count: int) -> Floats:
+        """Return guesses wherever the robot can be."""
         rows, columns = np.nonzero((self._clear >= RADIUS) & self.map.free)
         if not len(rows):
             raise ArgumentError(
@@ -251,13 +343,29 @@ class Localiser:
         guesses[:, 0] = self._x + self.map.cell * (columns[chosen] + inside[0])
         guesses[:, 1] = self._y + self.map.cell * (rows[chosen] + inside[1])
         guesses[:, 2] = self._random.uniform(-math.pi, math.pi, count)
-        self._guesses, self._weights = guesses, np.full(count, 1 / count)
+        return guesses
+
+    def _forget(self) -> None:
+        """Forget where the robot is: the next looks that tell something draw the guesses."""
+        self._guesses = self._anywhere(MIN_GUESSES)
+        self._weights = np.full(MIN_GUESSES, 1 / MIN_GUESSES)
+        self._fit, self._to_draw = 1.0, FIRST_LOOKS
+
+    def _add(self, seen: Floats) -> None:
+        """Draw guesses by one look: each knows that look alone, so those of all looks have the same weight."""
+        places = self._anywhere(CANDIDATES)
+        fits = np.cumsum(self._likelihoods(seen, places, 1.0) ** len(seen))
+        chosen = np.searchsorted(fits, self._random.uniform(0, fits[-1], DRAWN))
+        drawn = places[np.minimum(chosen, CANDIDATES - 1)]
+        self._guesses = drawn if self._to_draw == FIRST_LOOKS else np.concatenate((self._guesses, drawn))
+        self._weights = np.full(len(self._guesses), 1 / len(self._guesses))
+        self._to_draw -= 1
 
     def _draw(self) -> None:
         """Draw the guesses again, each as often as its weight says; fewer, the fewer places they are for."""
         heads = np.floor(self._guesses[:, :3] / (0.05, 0.05, math.radians(15))).astype(np.int64)
         places = len(np.unique(heads[self._weights * len(heads) > 0.1] @ (1, 1_000, 1_000_000)))
-        count = min(max(MIN_GUESSES, PER_PLACE * places), len(self._weights))
+        count = min(max(MIN_GUESSES, PER_PLACE * places), MAX_GUESSES)
         points = (self._random.uniform() + np.arange(count)) / count
         chosen = np.minimum(np.searchsorted(np.cumsum(self._weights), points), len(self._weights) - 1)
         self._guesses = self._guesses[chosen]
@@ -266,35 +374,44 @@ class Localiser:
         self._weights = np.full(count, 1 / count)
 
     def _judge(self) -> Estimate:
-        """Return the likeliest place: the heaviest square of 6 cm and 30 degrees, and what lies around it."""
+        """Return the likeliest place: the heaviest square of 6 cm and 30 degrees, and what belongs to it around it."""
         x, y, heading = self._guesses.T[:3]
         squares = [np.rint((each - each.min()) / NEAR).astype(np.intp) for each in (x, y)]
         sectors = np.rint(heading / ASIDE).astype(np.intp) % round(math.tau / ASIDE)
         of = (squares[0] * (squares[1].max() + 1) + squares[1]) * round(math.tau / ASIDE) + sectors
-        weights = self._weights * (of == np.argmax(np.bincount(of, self._weights)))
+        best = of == np.argmax(np.bincount(of, self._weights))
 
         def around() -> tuple[float, float, float, Floats, Floats]:
+            weights, there = self._weights[best], heading[best]
             whole = weights.sum()
-            at_x, at_y = float(weights @ x / whole), float(weights @ y / whole)
-            angle = math.atan2(weights @ np.sin(heading), weights @ np.cos(heading))
+            at_x, at_y = float(weights @ x[best] / whole), float(weights @ y[best] / whole)
+            angle = math.atan2(weights @ np.sin(there), weights @ np.cos(there))
             off = np.remainder(heading - angle + math.pi, math.tau) - math.pi
             return at_x, at_y, angle, np.hypot(x - at_x, y - at_y), off
 
         *_, away, off = around()
-        weights = self._weights * ((away < NEAR) & (np.abs(off) < ASIDE))
-        at_x, at_y, angle, away, off = around()
-        share = weights.sum()
+        reach, near = NEAR, 0.0
+        while True:
+            best = (away < reach) & (np.abs(off) < ASIDE)
+            weights = self._weights[best]
+            share = float(weights.sum())
+            near = near or share
+            at_x, at_y, angle, away, off = around()
+            wide = math.sqrt(weights @ away[best] ** 2 / share)
+            if 3 * wide <= reach or reach == WIDEST or share < APART:
+                break
+            reach = min(3 * wide, WIDEST)  # one place that is known badly, not one of several
         pose = Pose(
             at_x,
             at_y,
             angle,
             time=self._at.time if self._at else math.nan,
-            uncertainty=2 * math.sqrt((weights @ away**2) / share),
-            heading_uncertainty=2 * math.sqrt((weights @ off**2) / share),
+            uncertainty=2 * wide,
+            heading_uncertainty=2 * math.sqrt(weights @ off[best] ** 2 / share),
         )
-        if share <= SURE or self._fit <= SOUND:
+        if near <= SURE or self._fit <= SOUND:
             self._settled = 0.0
-        return Estimate(pose, float(share), self._fit, self._settled >= SETTLED)
+        return Estimate(pose, share, self._fit, self._settled >= SETTLED)
 
 
 def expected(grid: Grid) -> NDArray[np.float32]:

@@ -124,9 +124,6 @@ class Interlock(ForwardingChannel):
         """Why the channel ended for good, or None."""
         return LinkClosed(ENDED) if self.passage is Passage.ENDED else self._session.error
 
-    def forget_speed(self) -> None:
-        """Do nothing: the panel's own robot restores no speed after the link was lost."""
-
     async def execute(self, request: Request[T], timeout: float) -> T:
         """Send *request* in its turn, and return its answer. ``stop`` always passes."""
         is_stop = request.name == "stop"
@@ -152,10 +149,6 @@ class Interlock(ForwardingChannel):
     async def close(self) -> None:
         """End the interlock; the panel's link stays open."""
         self.end()
-
-    def send_unqueued(self, data: bytes) -> bool:
-        """Send nothing: the panel stops the robot itself."""
-        return False
 
 
 class ProxiedRobot(Epuck):

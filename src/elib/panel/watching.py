@@ -6,6 +6,8 @@ import asyncio
 import math
 from collections import deque
 from collections.abc import Callable
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.infrared import wall_distance
@@ -15,10 +17,12 @@ from elib.base.tasks import end_tasks
 from elib.behaviours import OpenAir
 from elib.link.protocol.image import Image
 from elib.link.protocol.values import Proximity, Reading
-from elib.maps.grid import Grid
 from elib.robot.aio import Epuck
 from elib.robot.snapshot import IMAGE
 from elib.simulator.emulator.sim_transport import SimTransport
+
+if TYPE_CHECKING:
+    from elib.maps.grid import Grid
 
 RATE = 10.0
 """Snapshots of all sensors a second, unless a program asks for another rate."""
@@ -51,7 +55,8 @@ class ReadingsWatcher:
         # where the robot was by its odometry, or in its world, oldest first
         self.trail: deque[Pose] = deque(maxlen=KEPT)
         self.trail_count = self.trail_began = 0
-        self.map = Grid()  # what its infrared sensors have met; nothing of a robot simulated here, whose world is seen
+        # what its infrared sensors have met; None of a robot that is simulated here, because its world is seen
+        self.map: Grid | None = None
         self.mapped = deque[Pose](maxlen=MAX_MISSED)  # the poses at which that was last added to, oldest first
         self._complain, self._on_lost = complain, on_lost
         self._loop = asyncio.get_running_loop()
@@ -118,7 +123,7 @@ class ReadingsWatcher:
     def forget(self) -> None:
         """Forget the readings, the trail and the map."""
         self.readings.clear()
-        self.map = Grid()
+        self.map = None
         self._open_air, self._near = OpenAir(), Proximity()
         self.trail.clear()
         self.trail_began = self.trail_count
@@ -148,15 +153,24 @@ class ReadingsWatcher:
         """Add a point to the trail if the robot has moved, and to the map what it sees there, if that is new."""
         if self._has_news:
             self._has_news = False
-            try:
-                self.map.add(pose, self.distances)
-                self.mapped.append(pose)
-            except ArgumentError as error:  # the robot is too far away
-                self._complain(f"the map begins again: {error.message}")
-                self.map = Grid()
+            self._draw(pose)
         if not self.trail or (pose.x, pose.y) != (self.trail[-1].x, self.trail[-1].y):
             self.trail.append(pose)
             self.trail_count += 1
+
+    def _draw(self, pose: Pose) -> None:
+        if self.map is None:
+            if find_spec("numpy") is None:  # in the studio's page
+                return
+            from elib.maps.grid import Grid
+
+            self.map = Grid()
+        try:
+            self.map.add(pose, self.distances)
+            self.mapped.append(pose)
+        except ArgumentError as error:  # the robot is too far away
+            self._complain(f"the map begins again: {error.message}")
+            self.map = None
 
     def _follow(self, name: str, rate: float | None) -> None:
         """Watch all sensors, or the camera, at another rate, in place of the watch before; None ends that."""

@@ -168,12 +168,6 @@ class ReplayTransport(BufferedTransport):
         self._compare(data)
         self._check_open()
 
-    def _pause(self) -> None:
-        """Do nothing: a recording cannot be paused."""
-
-    def _resume(self) -> None:
-        """Do nothing."""
-
     # -- what the program sends --
 
     def _compare(self, data: bytes) -> None:

@@ -2,6 +2,7 @@
 
 While it drives, the robot is found on the map by what its wheels and its infrared sensors tell
 (:class:`~elib.maps.localiser.Localiser`), so wheels that differ lead nowhere else. The pose of odometry is set to that.
+Tables and plans take some tenths of a second: they are made in a thread, while the event loop goes on.
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ class Guide:
             turned += max(0.0, math.remainder(odometry.pose.heading - before, math.tau))
             before = odometry.pose.heading
             await self._drive(0.0, min(self._turn_rate, 1.5))
-        self.localiser.renew()
+        await asyncio.to_thread(self.localiser.renew)
 
     async def drive_to(self, goal: Place, is_there: Callable[[], bool] = lambda: False) -> None:
         """Drive to a place on the map, m, or until *is_there*; the robot then stands.
@@ -96,7 +97,7 @@ class Guide:
         while blocked < MAX_PLANS:
             here = self.estimate.pose
             try:
-                corners = way(self.known, (here.x, here.y), goal, through_unknown=self._draws)
+                corners = await asyncio.to_thread(way, self.known, (here.x, here.y), goal, through_unknown=self._draws)
             except NoWay:
                 if not blocked:
                     raise
@@ -181,7 +182,7 @@ class Guide:
             self.known.add(pose, seen)
             if self.known.changes - self._drawn > 30:
                 self._drawn = self.known.changes
-                self.localiser.renew()
+                await asyncio.to_thread(self.localiser.renew)
         hits = []
         for k, (direction, distance) in enumerate(zip(SENSOR_DIRECTIONS, seen, strict=True)):
             if is_new[k]:
@@ -200,7 +201,7 @@ class Guide:
 async def go(mover: Mover, grid: Grid, place: Place, speed: float, turn_rate: float) -> None:
     """Drive to a place on a map, m, round what is in the way."""
     is_first = mover.context.open_air is None
-    guide = Guide(mover, grid, speed, turn_rate)
+    guide = await asyncio.to_thread(Guide, mover, grid, speed, turn_rate)
     try:
         if is_first:
             await guide.look_round()

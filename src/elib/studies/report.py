@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import importlib.util
 import io
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from elib.base.errors import ArgumentError, Unsupported
-from elib.base.extras import install
-from elib.base.files import write_file
+from elib.base.errors import ArgumentError
+from elib.base.plots import check_plot
+from elib.base.plots import save as save
 from elib.simulator.drawing.png import png_of
 from elib.simulator.drawing.top import Trail
 from elib.simulator.physics import Snapshot
 
-SUFFIXES = (".png", ".svg", ".pdf")
 HOLE = 2.0
 """s without a reading after which its line is broken."""
 INK, PAPER, GRID = "#2b2d33", "#ffffff", "#c9ced6"
@@ -42,12 +39,9 @@ class Chart:
 
 def check_report(path: str | PathLike[str]) -> None:
     """Check that a report can be written, before anything runs for it."""
-    if Path(path).suffix.lower() not in SUFFIXES:
-        raise ArgumentError(f"a plot cannot become {fspath(path)!r}; its name must end in {', '.join(SUFFIXES)}")
     if not Path(path).parent.is_dir():
         raise ArgumentError(f"there is no folder {fspath(Path(path).parent)!r} for the plot {fspath(path)!r}")
-    if importlib.util.find_spec("matplotlib") is None:
-        raise Unsupported("plots need Matplotlib, which is not installed", hint=install("plot"))
+    check_plot(path)
 
 
 def draw_report(
@@ -100,20 +94,6 @@ def figure_of(width: float, height: float, title: str) -> Any:
     figure = Figure(figsize=(width, height), dpi=110, facecolor=PAPER, layout="constrained")
     figure.suptitle(title, color=INK, fontsize=13, x=0.01, ha="left")
     return figure
-
-
-def save(figure: Any, path: str | PathLike[str]) -> None:
-    """Write a figure of Matplotlib into a file, in the form that its name says.
-
-    An SVG has the same bytes on every run: the names of its parts are random without a salt.
-    """
-    from matplotlib import rc_context
-
-    form, page = Path(path).suffix.lower().removeprefix("."), io.BytesIO()
-    with rc_context({"svg.hashsalt": "elib"}), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # characters that the font does not have become boxes
-        figure.savefig(page, format=form, metadata={"Date": None} if form == "svg" else None)
-    write_file(path, page.getvalue())
 
 
 def trim(axes: Any) -> None:

@@ -45,15 +45,11 @@ class Debugger:
     Args:
         place: Where it runs.
         paused: Called when it is about to stand still.
-
-    Attributes:
-        breakpoints: Lines before which it is to stand still.
-        line: The line that runs; None before the first one.
     """
 
     def __init__(self, place: Place, paused: Callable[[], object]) -> None:
-        self.breakpoints: set[int] = set()
-        self.line: int | None = None
+        self.breakpoints: set[int] = set()  # lines before which it is to stand still
+        self.line: int | None = None  # the line that runs; None before the first one
         self._place, self._paused = place, paused
         self._file = ""
         self._top: FrameType | None = None

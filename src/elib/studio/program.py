@@ -69,27 +69,17 @@ class Output(Told, tag="output"):
 
 
 class ProgramNews(Told, tag="program"):
-    """What the program does.
-
-    Attributes:
-        line: The line that runs.
-        time: How long its robots have lived, s.
-        variables: What the innermost function sees, while the program stands still.
-        stack: The functions that go on, the innermost first, while it stands still.
-        mistake: Why it ended, if it was an error.
-        goals: Which goals of its lab hold so far.
-        states: The state of its machine, and the one before; empty texts without a machine.
-    """
+    """What the program does."""
 
     state: State
     name: str
-    line: int | None = None
-    time: float = 0.0
-    variables: list[Variable] = []
-    stack: list[Called] = []
-    mistake: Mistake | None = None
-    goals: list[GoalNews] = []
-    states: tuple[str, str] = ("", "")
+    line: int | None = None  # the line that runs
+    time: float = 0.0  # how long its robots have lived, s
+    variables: list[Variable] = []  # what the innermost function sees, while the program stands still
+    stack: list[Called] = []  # the functions that go on, the innermost first, while it stands still
+    mistake: Mistake | None = None  # why it ended, if it was an error
+    goals: list[GoalNews] = []  # which goals of its lab hold so far
+    states: tuple[str, str] = ("", "")  # the state of its machine, and the one before; empty texts without a machine
 
 
 class Program:
@@ -102,12 +92,6 @@ class Program:
         time: How long the robots of the program have lived, s.
         states: The state of its machine, and the one before; empty texts without one.
         has_robot: Whether it has a virtual robot open.
-
-    Attributes:
-        place: Where it runs.
-        debugger: Follows it.
-        state: What it does.
-        goals: Returns which goals of its lab hold so far, or in the end, from the exit code of the program.
     """
 
     def __init__(
@@ -119,9 +103,10 @@ class Program:
         states: Callable[[], tuple[str, str]] = lambda: ("", ""),
         has_robot: Callable[[], bool] = lambda: False,
     ) -> None:
-        self.place = Place(nap, self._turned)
-        self.debugger = Debugger(self.place, self._say)
-        self.state: State = "idle"
+        self.place = Place(nap, self._turned)  # where it runs
+        self.debugger = Debugger(self.place, self._say)  # follows it
+        self.state: State = "idle"  # what it does
+        # returns which goals of its lab hold so far, or in the end, from the exit code of the program
         self.goals: Goals = no_goals
         self._is_late: Callable[[], bool] = lambda: False
         self._tell, self._folder, self._time, self._states, self._has_robot = tell, folder, time, states, has_robot

@@ -33,13 +33,10 @@ class Watched:
 
     Args:
         slot: Its place in the panel.
-
-    Attributes:
-        is_closed: Whether the program has closed it.
     """
 
     def __init__(self, slot: Slot) -> None:
-        self.is_closed = False
+        self.is_closed = False  # whether the program has closed it
         self._slot = slot
 
     def close(self) -> None:
@@ -58,11 +55,6 @@ class Studio:
         nap: Waits so many seconds, while the page is heard.
         begin: Calls a function later, in a way that lets it wait by *nap*.
         folder: Where programs and files lie.
-
-    Attributes:
-        program: Runs the programs.
-        panel: The panel.
-        labs: The labs.
     """
 
     def __init__(
@@ -79,7 +71,7 @@ class Studio:
         self.labs = Labs(folder)
         self._shown: Simulation | None = None
         simulation.on_begin.append(self._began)
-        self.program = Program(nap, tell, folder, self._time, self._states, self._has_robot)
+        self.program = Program(nap, tell, folder, self._time, self._states, self._has_robot)  # runs the programs
         self._robot: Epuck | None = None
 
     def run(

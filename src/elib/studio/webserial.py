@@ -22,17 +22,13 @@ class Port:
     Args:
         send: Gives bytes to the page, which writes them to the port.
         wake: Ends the wait of the program, because something has come.
-
-    Attributes:
-        guard: Tells the page which bytes stop the robot, should Python be ended; none while no program has it open.
-        is_there: Whether a person has chosen a port, and it is not unplugged.
-        transport: The link that uses it, or None.
     """
 
     def __init__(self, send: Send, guard: Send, wake: Callable[[], object]) -> None:
-        self.is_there = False
+        self.is_there = False  # whether a person has chosen a port, and it is not unplugged
+        # tells the page which bytes stop the robot, should Python be ended; none while no program has it open
         self.guard = guard
-        self.transport: WebSerial | None = None
+        self.transport: WebSerial | None = None  # the link that uses it, or None
         self.send = send
         self._wake = wake
 
@@ -61,15 +57,11 @@ port: Port | None = None
 
 
 class WebSerial(BufferedTransport):
-    """The link to a robot over the port of the page.
-
-    Attributes:
-        loop: The event loop of the program that has opened it.
-    """
+    """The link to a robot over the port of the page."""
 
     def __init__(self, url: str, line: Port) -> None:
         super().__init__(url)
-        self.loop = asyncio.get_running_loop()
+        self.loop = asyncio.get_running_loop()  # the event loop of the program that has opened it
         self._line = line
         line.transport = self
 
@@ -83,12 +75,6 @@ class WebSerial(BufferedTransport):
         if not self._line.is_there:
             raise LinkLost(f"{self._url}: the port is gone", hint="plug it in, and choose it again")
         self._line.send(data)
-
-    def _pause(self) -> None:
-        """Do nothing: a robot sends less than a page can keep."""
-
-    def _resume(self) -> None:
-        """Do nothing: nothing waits."""
 
 
 async def open_port(url: Url) -> Transport:

@@ -55,7 +55,6 @@ class Worker:
         guard: Gives the page the bytes that stop this robot.
 
     Attributes:
-        studio: The studio.
         port: That serial port.
     """
 

@@ -7,9 +7,10 @@ import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from elib.base.errors import LinkLost, RemoteProtocolError, ReplyTimeout
+from elib.base.plaintext import is_live
 from elib.behaviours._run.context import RunContext
 from elib.link.protocol.image import Image
 from elib.link.protocol.styles import Pending
@@ -84,15 +85,10 @@ def show(run: RunContext, pixels: NDArray[numpy.uint8], path: str | os.PathLike[
         run.say(f"the picture could not be saved in {path}: {error.strerror or error}")
     else:
         run.say(f"the picture is in {Path(path).absolute()}")
-    if is_terminal(sys.stdout):
+    if is_live(sys.stdout):
         columns = min(shutil.get_terminal_size().columns, MAX_COLUMNS)
         # A live line may be here already: the picture replaces it.
         print("\r\x1b[K" + draw(pixels, columns, colour=not os.environ.get("NO_COLOR")), flush=True)
-
-
-def is_terminal(stream: TextIO) -> bool:
-    """Return whether pictures can be drawn on *stream*."""
-    return stream.isatty() and os.environ.get("TERM") != "dumb"
 
 
 def draw(pixels: NDArray[numpy.uint8], columns: int, *, colour: bool) -> str:

@@ -20,7 +20,7 @@ from types import ModuleType
 from elib.base.errors import ArgumentError
 from elib.base.exits import DONE, FAILED
 from elib.base.files import PACKAGE
-from elib.base.plaintext import plain
+from elib.base.plaintext import say
 from elib.base.timebase import LoopSpeed, new_loop
 from elib.behaviours import Behaviour, play
 from elib.robot import runner
@@ -102,16 +102,11 @@ class TimeLimit:
 
     Args:
         name: Name of the thread that does it.
-
-    Attributes:
-        is_over: Whether the time is over.
-        has_ended: Set when the program has ended by itself or by the interrupt.
-        exit_code: The exit code of the process, if threads of the program go on after it.
     """
 
     def __init__(self, name: str) -> None:
-        self.is_over = False
-        self.has_ended = threading.Event()
+        self.is_over = False  # whether the time is over
+        self.has_ended = threading.Event()  # set when the program has ended by itself or by the interrupt
         self.exit_code = DONE
         self._name = name
 
@@ -126,7 +121,7 @@ class TimeLimit:
             interrupt_main_thread(signal.SIGINT)
             if self.has_ended.wait(SHUTDOWN_TIME + 0.5):
                 return self._end_threads()
-        _say("error: the program catches every Ctrl-C and goes on; it is ended now\nhint: write except Exception:")
+        say("error: the program catches every Ctrl-C and goes on; it is ended now\nhint: write except Exception:")
         stop_at_once()
         os._exit(FAILED)
 
@@ -137,14 +132,10 @@ class TimeLimit:
             if not thread.daemon and thread is not threading.main_thread():
                 thread.join(SHUTDOWN_TIME)
                 if thread.is_alive():
-                    _say(f"{thread.name} goes on after the time of the program, and is ended now")
+                    say(f"{thread.name} goes on after the time of the program, and is ended now")
                     with contextlib.suppress(OSError, ValueError):
                         sys.stdout.flush()
                     os._exit(self.exit_code)
-
-
-def _say(text: str) -> None:
-    print(plain(text), file=sys.stderr, flush=True)
 
 
 @contextlib.contextmanager
@@ -166,7 +157,7 @@ def code_of(ending: SystemExit) -> int:
     """Return the exit code of ``sys.exit(...)``, and print its text as Python does."""
     if ending.code is None or isinstance(ending.code, int):
         return ending.code or DONE
-    _say(str(ending.code))
+    say(str(ending.code))
     return FAILED
 
 

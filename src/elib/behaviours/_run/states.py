@@ -30,19 +30,13 @@ log = logging.getLogger("elib")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StateMachine(Behaviour):
-    """A behaviour of several states; :func:`states` makes it.
+    """A behaviour of several states; :func:`states` makes it."""
 
-    Attributes:
-        members: The states by name. One that is a machine itself is left when it returns a name of this one.
-        start: Name of the state that it begins in.
-        exits: What is done when a state is left, by its name.
-        period: Time from one step to the next, s, if the link is quick enough.
-    """
-
+    # the states by name. One that is a machine itself is left when it returns a name of this one.
     members: Mapping[str, State] = field(default_factory=dict)
-    start: str = ""
-    exits: Mapping[str, State] = field(default_factory=dict)
-    period: float = PERIOD
+    start: str = ""  # name of the state that it begins in
+    exits: Mapping[str, State] = field(default_factory=dict)  # what is done when a state is left, by its name
+    period: float = PERIOD  # time from one step to the next, s, if the link is quick enough
 
     __hash__, __eq__ = object.__hash__, object.__eq__  # a machine is a key of ``exits``
 
@@ -140,7 +134,6 @@ class Walk:
 
     Attributes:
         machine: The machine.
-        run: The run.
     """
 
     def __init__(self, machine: StateMachine, run: RunContext, within: str = "") -> None:

@@ -31,17 +31,11 @@ PAUSE_STEP = 0.5
 
 @dataclass(frozen=True, slots=True)
 class TourStep:
-    """One step of a tour.
+    """One step of a tour."""
 
-    Attributes:
-        command: Name of the command's row.
-        call: Function that calls the command on a robot in the callback style.
-        pause: s to wait after it.
-    """
-
-    command: str
-    call: Callable[[CallbackEpuck[object]], None]
-    pause: float = 0.0
+    command: str  # name of the command's row
+    call: Callable[[CallbackEpuck[object]], None]  # function that calls the command on a robot in the callback style
+    pause: float = 0.0  # s to wait after it
 
 
 def timeout_for(command: str, timeout: float) -> float:
@@ -74,16 +68,11 @@ def line(time: float, outcome: str, command: str, words: str) -> str:
 
 
 class StepOutcome:
-    """The two callbacks of one call, and its outcome. The callbacks run in other threads than the tour.
-
-    Attributes:
-        time: Time of the outcome, s since the run began.
-        error: Why there is no answer, or None.
-    """
+    """The two callbacks of one call, and its outcome. The callbacks run in other threads than the tour."""
 
     def __init__(self, run: RunContext) -> None:
         self.time = math.nan
-        self.error: ElibError | None = None
+        self.error: ElibError | None = None  # why there is no answer, or None
         self._run = run
         self._has_come = threading.Event()
 

@@ -172,9 +172,6 @@ class Guard(ForwardingChannel):
         """Why the channel ended for good, or None."""
         return self._session.error
 
-    def forget_speed(self) -> None:
-        """Do nothing: the panel's own robot restores no speed after the link was lost."""
-
     async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request* and pass events on no longer; the panel's link stays open."""
         try:
@@ -185,7 +182,3 @@ class Guard(ForwardingChannel):
     async def close(self) -> None:
         """Pass events on no longer; the panel's link stays open."""
         self.end()
-
-    def send_unqueued(self, data: bytes) -> bool:
-        """Send nothing: the panel stops the robot itself."""
-        return False

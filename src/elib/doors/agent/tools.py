@@ -17,6 +17,7 @@ from elib.base.rules import nearest
 from elib.doors.agent import results
 from elib.doors.agent.driver import FRONT, OBSTACLE, REAR, SLACK, CallRefused, Driver, Outcome, is_near
 from elib.doors.agent.limits import Budget, Limits
+from elib.doors.foxglove.commands import Leds
 from elib.link.protocol import values as v
 from elib.link.protocol.quantities import CameraMode
 from elib.panel.behaviours import catalogue
@@ -396,12 +397,8 @@ class Tools:
         ) -> CallToolResult:
             """Switch LEDs on or off; those that are left out stay as they are. A stop switches the ring off."""
             slot = self.drivers[robot].slot
-            for number, is_on in enumerate(ring or ()):
-                await slot.command("set_led", number, int(is_on))
-            if body is not None:
-                await slot.command("set_body_led", int(body))
-            if front is not None:
-                await slot.command("set_front_led", int(front))
+            for name, arguments in Leds(ring, body, front).commands():
+                await slot.command(name, *arguments)
             return results.answer({"robot": robot, "ended": "reached"}, "The LEDs are set.")
 
         @self._tool("Stop at once", is_idempotent=True, is_free=True)

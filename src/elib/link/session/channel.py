@@ -107,7 +107,10 @@ class Forwarded(Generic[T]):
 
 
 class ForwardingChannel:
-    """The base of a channel in front of a session, or of another channel: passes on what it does not change."""
+    """The base of a channel in front of a session, or of another channel: passes on what it does not change.
+
+    Who has the channel behind it stops the robot past the queue, and restores its speed, unless the class says more.
+    """
 
     _session: Channel
 
@@ -121,6 +124,13 @@ class ForwardingChannel:
     requests = Forwarded[Iterator[Request[object]]]()
     restoring = Forwarded["Request[object] | None"]()
     stopping_time = Forwarded[float]()
+
+    def send_unqueued(self, data: bytes) -> bool:
+        """Send nothing."""
+        return False
+
+    def forget_speed(self) -> None:
+        """Do nothing."""
 
     def stream(self, *, sensors: Wanted | None, images: bool) -> None:
         """Have a robot that streams send what is watched."""

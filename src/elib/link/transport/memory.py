@@ -59,9 +59,6 @@ class MemoryTransport(BufferedTransport):
             self._peer.feed(piece)
         self.wake_writer()
 
-    def _pause(self) -> None:
-        """Do nothing: the writer checks the room."""
-
     def _resume(self) -> None:
         # The bytes that made room are still on their way to the reader, so none may overtake them now.
         if self._peer is not None:

@@ -11,10 +11,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from typing import Annotated, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 import msgspec
-import numpy as np
 from msgspec import Meta, Struct
 
 from elib.base.body import STEPS_PER_REVOLUTION, WHEEL_CIRCUMFERENCE
@@ -23,7 +22,6 @@ from elib.link.protocol.image import Image
 from elib.link.protocol.profiles import FIRMWARES
 from elib.link.protocol.quantities import RGB_LEDS, CameraMode
 from elib.link.transport.ports import BAUD
-from elib.maps.grid import MAX_ODDS, SIGHT, Grid
 from elib.panel import lifecycle
 from elib.panel.events import Line
 from elib.panel.gauges import Instrument, instruments, numbers, physical
@@ -31,6 +29,9 @@ from elib.panel.server.conversation import Trouble
 from elib.panel.slot import Phase, Slot
 from elib.panel.watching import MAX_MISSED
 from elib.robot.snapshot import IMAGE
+
+if TYPE_CHECKING:
+    from elib.maps.grid import Grid
 
 T = TypeVar("T")
 
@@ -428,7 +429,12 @@ def _trail(slot: Slot, cursor: Cursor) -> Trail:
 
 def _map(slot: Slot, cursor: Cursor) -> MapPart | None:
     """Return what has changed on the map since the page was told; all of it if the map is another, or has grown."""
-    grid, size = slot.watcher.map, slot.watcher.map.odds.shape
+    grid = slot.watcher.map
+    if grid is None:
+        return None
+    from elib.maps.grid import MAX_ODDS, SIGHT  # the studio's page may have no NumPy
+
+    size = grid.odds.shape
     is_known = (cursor.map, cursor.map_size) == (grid, size)
     missed = grid.changes - cursor.map_changes if is_known else grid.changes
     cursor.map, cursor.map_size, cursor.map_changes = grid, size, grid.changes
@@ -441,7 +447,7 @@ def _map(slot: Slot, cursor: Cursor) -> MapPart | None:
         low, left = grid.square(min(xs) - SIGHT, min(ys) - SIGHT)
         high, right = grid.square(max(xs) + SIGHT, max(ys) + SIGHT)
     part = grid.odds[max(0, low - 1) : high + 2, max(0, left - 1) : right + 2]
-    squares = np.rint(part * 127 / MAX_ODDS).astype(np.int8)
+    squares = (part * 127 / MAX_ODDS).round().astype("int8")
     at = (max(0, low - 1), max(0, left - 1))
     return MapPart(grid.cell, grid.x, grid.y, size[1], size[0], at, part.shape[1], squares.tobytes())
 

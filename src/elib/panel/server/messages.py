@@ -345,13 +345,14 @@ class Saved(Struct):
 @request("files")
 async def save_map(page: Page, robot: Key, name: Name) -> Saved:
     """Save what a robot's infrared sensors have met: as a picture, its TOML file, and a world."""
-    grid = page.panel.slot(robot).watcher.map.copy()
-    if not grid.occupied.any():
+    grid = page.panel.slot(robot).watcher.map
+    if grid is None or not grid.occupied.any():
         raise ArgumentError("there is no wall on the map yet", hint="let the robot drive along one")
     folder = page.panel.folder
     picture = folder.new_file(name, MAP)
     folder.new_file(picture.stem, WORLD)  # where the picture's places are
     world = folder.new_file(f"{picture.stem}-world", WORLD)
+    grid = grid.copy()  # the robot drives on
     await asyncio.to_thread(grid.save, picture)
     await asyncio.to_thread(grid.to_world, world)
     return Saved(picture.name, f"sim://{world}")

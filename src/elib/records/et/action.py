@@ -16,12 +16,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 from itertools import compress
 from typing import Any, ClassVar
 
 from elib.records.et.formats import Writer
+from elib.records.et.pairing import Pairing
 from elib.records.et.rows import Block
-from elib.records.et.table import Table
+from elib.records.et.table import Header, Table
 
 
 class Action(ABC):
@@ -75,7 +77,20 @@ class Figure(TableAction):
 
     def table(self, blocks: Iterable[Block]) -> Table:
         """Return the number as a table."""
-        return Table.of_figure(type(self).__name__.lower(), self.figure(blocks))
+        header = Header(type(self).__name__.lower(), decimals=8)
+        return Table([header], [(self.figure(blocks),)], text="bare")
+
+
+@dataclass
+class Paired(Action):
+    """An action on calls and their outcomes."""
+
+    pairing: Pairing = field(default_factory=Pairing, init=False)
+
+    @property
+    def notes(self) -> list[str]:
+        """Notes for the user about rows without a partner."""
+        return self.pairing.notes
 
 
 class Plotted(ABC):

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
-import warnings
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Any
 
-from elib.base.errors import ArgumentError, Unsupported
-from elib.base.extras import install
-from elib.base.files import replacing
+from elib.base import plots
+from elib.base.errors import ArgumentError
 from elib.records.et.action import Action, Plotted
 
-SUFFIXES = (".png", ".svg", ".pdf")
 INK, GRID = "#2b2d33", "#c9ced6"
 COLOURS = ("#3d7ebf", "#d1495b", "#5a9e52", "#e38b29", "#6a5cb8", "#2a9d8f", "#a64d8f", "#b8a028")
 MAX_LINES = len(COLOURS)
@@ -30,10 +25,7 @@ def check_plot(action: Action, file: str) -> None:
     """Check that *action* can be drawn into *file*, before anything is read."""
     if not isinstance(action, Plotted):
         raise ArgumentError(f"{type(action).__name__} has no plot", hint="et --help says which actions have one")
-    if Path(file).suffix.lower() not in SUFFIXES:
-        raise ArgumentError(f"a plot cannot become {file!r}; its name must end in {', '.join(SUFFIXES)}")
-    if importlib.util.find_spec("matplotlib") is None:
-        raise Unsupported("plots need Matplotlib, which is not installed", hint=install("plot"))
+    plots.check_plot(file)
 
 
 def draw_plot(action: Action, file: str, title: str) -> None:
@@ -50,9 +42,7 @@ def draw_plot(action: Action, file: str, title: str) -> None:
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     action.draw(axes)
-    with replacing(file) as path, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # characters that the font does not have become boxes
-        figure.savefig(path, metadata={"Date": None} if path.suffix.lower() == ".svg" else None)
+    plots.save(figure, file)
 
 
 def draw_boxes(axes: Any, names: Sequence[str], boxes: Iterable[dict[str, float]], label: str) -> None:

@@ -37,11 +37,6 @@ class Table:
     # the form as text: `aligned` columns, `rows` that et can read again, or one `bare` cell
     text: Literal["aligned", "rows", "bare"] = "aligned"
 
-    @classmethod
-    def of_figure(cls, name: str, value: float) -> Table:
-        """Return a table of one number."""
-        return cls([Header(name, decimals=8)], [(value,)], text="bare")
-
 
 def aligned(table: Table) -> str:
     """Return a table as text with aligned columns: words to the left, numbers to the right."""

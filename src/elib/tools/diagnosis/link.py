@@ -74,16 +74,16 @@ class Examination:
             return codec_of(self.transport)
         return "wifi" if self.url.scheme == "wifi" else "serial"
 
-    async def attempt(self) -> None:
-        """Open the link once; keep the transport or the error. A port that another program has open is not opened."""
+    async def attempt(self) -> ElibError | None:
+        """Open the link once, and return why it did not open. A port that another program has open is not opened."""
         if self._was_tried:
-            return
+            return self.error
         self._was_tried = True
         if self.is_port:
             names = await asyncio.to_thread(holders, self.url.target)
             if names:
                 self.error = busy(self.url, names)
-                return
+                return self.error
         loop = asyncio.get_running_loop()
         began = loop.time()
         try:
@@ -93,6 +93,7 @@ class Examination:
         except OSError as error:  # from an opener that is not elib's own
             self.error = LinkError(f"{self.url}: {error.strerror or error}")
         self.opening_time = loop.time() - began
+        return self.error
 
     def plain(self, error: ElibError) -> str:
         """Return an error's message without the URL of the link, which the title of the page has."""
@@ -115,8 +116,7 @@ async def link(examination: Examination) -> CheckResult:
         return CheckResult(advice.joined(f"{what}, bound to {address}" if address else what, examination.remark))
     if url.scheme == "rfcomm" and not _has_adapter():
         raise CheckFailed("this computer has no Bluetooth adapter", advice.here(advice.NO_ADAPTER))
-    await examination.attempt()
-    error = examination.error
+    error = await examination.attempt()
     if isinstance(error, (LinkNotFound, Unsupported, ArgumentError, SimulationError)):
         raise CheckFailed(examination.plain(error), error.hint)
     return CheckResult(advice.joined(_found(url), examination.remark))
@@ -124,8 +124,7 @@ async def link(examination: Examination) -> CheckResult:
 
 async def rights(examination: Examination) -> CheckResult:
     """Check that this user may open the link."""
-    await examination.attempt()
-    error = examination.error
+    error = await examination.attempt()
     if isinstance(error, LinkDenied):
         raise CheckFailed(examination.plain(error), error.hint)
     return CheckResult("this user may open it" if examination.is_port else "none are needed")
@@ -133,8 +132,7 @@ async def rights(examination: Examination) -> CheckResult:
 
 async def holder(examination: Examination) -> CheckResult:
     """Check that no other program has the link open."""
-    await examination.attempt()
-    error = examination.error
+    error = await examination.attempt()
     if isinstance(error, LinkBusy):
         raise CheckFailed(examination.plain(error), advice.joined(error.hint, advice.here(advice.SHARED_PORT)))
     if not examination.is_port:
@@ -144,8 +142,7 @@ async def holder(examination: Examination) -> CheckResult:
 
 async def opening(examination: Examination) -> CheckResult:
     """Check that the link opens."""
-    await examination.attempt()
-    error = examination.error
+    error = await examination.attempt()
     if error is not None:
         raise CheckFailed(
             examination.plain(error),

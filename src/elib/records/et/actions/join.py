@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from elib.records.et.action import Action, Plotted
+from elib.records.et.action import Paired, Plotted
 from elib.records.et.formats import PAIRS, Writer
-from elib.records.et.pairing import Pair, Pairing
+from elib.records.et.pairing import Pair
 from elib.records.et.plot import COLOURS, draw_legend, label_of
 from elib.records.et.rows import Block, text_of
 from elib.records.et.table import Table
@@ -20,7 +20,7 @@ MAX_POINTS = 20_000
 
 
 @dataclass
-class Join(Action, Plotted):
+class Join(Paired, Plotted):
     """Join each call with its ok or ko: time of the call, robot, ok or ko, command, latency (s).
 
     The rows can be read again: `et Join | et Stats latency --by command`. An ok or ko belongs to the oldest call of
@@ -28,18 +28,12 @@ class Join(Action, Plotted):
     """
 
     is_streaming = True
-    pairing: Pairing = field(default_factory=Pairing, init=False)
     points: list[Pair] = field(default_factory=list, init=False)
     stride: int = field(default=1, init=False)
 
     def run(self, blocks: Iterable[Block], writer: Writer) -> None:
         """Write a row for each pair."""
         writer.write(Table(PAIRS, self._rows(blocks), text="rows"))
-
-    @property
-    def notes(self) -> list[str]:
-        """Notes for the user about rows without a partner."""
-        return self.pairing.notes
 
     def draw(self, axes: Any) -> None:
         """Draw the latencies over time."""

@@ -10,10 +10,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from elib.base.rules import Choice
-from elib.records.et.action import Plotted, TableAction
+from elib.records.et.action import Paired, Plotted, TableAction
 from elib.records.et.arguments import Parameter, Percentiles
 from elib.records.et.groups import Groups, box, check_words, describe, names
-from elib.records.et.pairing import Pairing
 from elib.records.et.plot import MAX_NAMES, draw_boxes, from_zero
 from elib.records.et.rows import Block, text_of
 from elib.records.et.table import Cell, Header, Table
@@ -29,7 +28,7 @@ class _Key(Choice):
 
 
 @dataclass
-class Latency(TableAction, Plotted):
+class Latency(Paired, TableAction, Plotted):
     """Print how long each command took, in ms, like Table 5.1 of the thesis of 2011; only calls with an ok are timed.
 
     `open` counts the calls without ok or ko: the log ended, or was begun again, before they did.
@@ -39,7 +38,6 @@ class Latency(TableAction, Plotted):
         str, Parameter("--by COLUMN", _Key(("command", "robot")), "A row of results for each command, or each robot.")
     ] = "command"
     percentiles: Percentiles = (50.0, 95.0)
-    pairing: Pairing = field(default_factory=Pairing, init=False)
     latencies: Groups = field(default_factory=Groups, init=False)
     failed: Counter[bytes] = field(default_factory=Counter, init=False)
 
@@ -66,11 +64,6 @@ class Latency(TableAction, Plotted):
         ]
         words = sorted({*self.latencies.words, *self.failed, *unanswered}, key=text_of)
         return Table(headers, ([text_of(word), *self._cells(word, unanswered[word])] for word in words))
-
-    @property
-    def notes(self) -> list[str]:
-        """Notes for the user about rows without a partner."""
-        return self.pairing.notes
 
     def draw(self, axes: Any) -> None:
         """Draw a box for each row, with whiskers from 5 % to 95 %."""
