@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from typing import Any, Final, NamedTuple, TypeAlias
 
-from elib.simulator.physics.engine import Engine, call, kernel, phase
+from elib.base.body import METRES_PER_STEP
+from elib.simulator.physics.engine import call, kernel, opened, phase
 from elib.simulator.physics.motion import rim_speed
 from elib.simulator.physics.neighbours import list_near
 from elib.simulator.physics.noise import bits, numbered_key, uniform
 from elib.simulator.physics.packing import restore, world_at
-from elib.simulator.physics.records import Episode, Records, Shown
+from elib.simulator.physics.records import Records
 from elib.simulator.physics.sensors import sense
 from elib.simulator.physics.simulation import Law, advance
 from elib.simulator.physics.spawning import spawn
-from elib.simulator.physics.task import Task
 
 Judge: TypeAlias = Any
-"""What robots earn in a tick, and whether the episode is over, as kernels call it (:func:`judge_of`)."""
+"""A function of the kept course and the number of a world (:mod:`elib.simulator.physics.judging`)."""
+
+Kept: TypeAlias = Any
+"""A course in the short form in which kernels take it (:meth:`~elib.simulator.physics.engine.Engine.kept`)."""
 
 # Channels of an episode's key, beyond those of a robot for good (elib.simulator.physics.noise).
 SCENE: Final = 8192
@@ -33,9 +36,15 @@ class Course(NamedTuple):
     ranges: Any  # (scenes, 9, 2): the lowest and the highest value of what is drawn.
     episodes: Any  # One record a world.
     memory: Any  # (worlds, robots, n): what the controllers remember.
+    remembered: Any  # (worlds, n): what the functions of the task remember.
+    fresh: Any  # (n,): that at the beginning of an episode.
     earned: Any  # (worlds, robots): what the robots earned in the last call.
+    observed: Any  # (worlds, robots, n): what the robots observe.
+    seen: Any  # (worlds, robots, 5): x, y, m, cosine and sine of the heading; 1 if the robot touches something.
+    progress: Any  # (worlds, 2): 1 if the task has ended the episode; ticks since it began.
     period: int  # Ticks between two decisions.
     ticks: int  # Of a full episode.
+    top_speed: float  # Of a wheel, m/s.
     sensors: int  # What the controllers see (elib.simulator.physics.sensors.chosen).
     reward_sensors: int  # What the rewards see.
 
@@ -74,6 +83,8 @@ def begin(course: Course, w: int, key: int) -> None:
     for i in range(len(world.robots)):
         for n in range(len(course.memory[w][i])):
             course.memory[w][i][n] = 0.0
+    for n in range(len(course.fresh)):
+        course.remembered[w][n] = course.fresh[n]
 
 
 @kernel
@@ -94,25 +105,28 @@ def sense_robots(world: Records, sensors: int) -> None:
 
 
 @kernel
-def shown(world: Records) -> Shown:
-    """Return what a reward and an end may read."""
-    return Shown(
-        world.setting, world.robots, world.views, world.walls, world.discs, world.things, world.lamps, world.tones
-    )
+def observe(observer: Judge, kept: Kept, w: int) -> None:
+    """Write what there is to see of world *w* into the course."""
+    course = opened(kept)
+    world = world_at(course.worlds, w)
+    sense_robots(world, course.sensors)
+    call(observer, (kept, w))
+    course.progress[w][0] = course.episodes[w].is_over
+    course.progress[w][1] = course.episodes[w].tick
+    for i in range(len(world.robots)):
+        robot, seen = world.robots[i], course.seen[w][i]
+        seen[0] = robot.x
+        seen[1] = robot.y
+        seen[2] = robot.heading_x
+        seen[3] = robot.heading_y
+        seen[4] = 1.0 if robot.touched >= 0 else 0.0
 
 
 @kernel
-def run_period(judge: Judge, course: Course, world: Records, w: int) -> None:
-    """Let all robots of world *w* do what their views say, until the next decision or the end of the episode.
-
-    Args:
-        judge: What the robots earn, and whether the episode is over (:func:`judge_of`).
-        course: All worlds.
-        world: Those of world *w*.
-        w: Its number.
-    """
-    episode = course.episodes[w]
-    seen, earned = shown(world), course.earned[w]
+def run_period(judge: Judge, kept: Kept, w: int) -> None:
+    """Let all robots of world *w* do what their views say, until the next decision or the end of the episode."""
+    course = opened(kept)
+    world, episode = world_at(course.worlds, w), course.episodes[w]
     for tick in range(course.period + 1):
         if tick == episode.delay:
             for i in range(len(world.robots)):
@@ -124,17 +138,30 @@ def run_period(judge: Judge, course: Course, world: Records, w: int) -> None:
         episode.tick += 1
         for i in range(len(world.robots)):
             sense(world, i, course.reward_sensors)
-        call(judge, (seen, earned, episode))
+        call(judge, (kept, w))
         if episode.is_over:
             return
 
 
 @kernel
-def step_worlds(judge: Judge, course: Course, first: int, end: int, actions: Any, begins_again: int) -> None:
+def wanted(speed: float, top_speed: float) -> float:
+    """Return how a wheel is to turn, steps/s; what is not a number stands for 0."""
+    if speed > top_speed:
+        return top_speed / METRES_PER_STEP
+    if speed >= -top_speed:
+        return speed / METRES_PER_STEP
+    return -top_speed / METRES_PER_STEP if speed < -top_speed else 0.0
+
+
+@kernel
+def step_worlds(
+    judge: Judge, observer: Judge, kept: Kept, first: int, end: int, actions: Any, begins_again: int
+) -> None:
     """Let worlds first..end - 1 pass a period with these actions; begin those again that had ended, if asked to.
 
-    An action is how the wheels of each robot of each world turn, steps/s: (worlds, robots, 2).
+    An action is the speeds of the wheels of each robot of each world, m/s: (worlds, robots, 2).
     """
+    course = opened(kept)
     for w in range(first, end):
         episode = course.episodes[w]
         world = world_at(course.worlds, w)
@@ -142,18 +169,18 @@ def step_worlds(judge: Judge, course: Course, first: int, end: int, actions: Any
             course.earned[w][i] = 0.0
         if episode.is_over == 0 and episode.tick < course.ticks:
             for i in range(len(world.robots)):
-                world.views[i].left = actions[w][i][0]
-                world.views[i].right = actions[w][i][1]
-            run_period(judge, course, world, w)
+                world.views[i].left = wanted(actions[w][i][0], course.top_speed)
+                world.views[i].right = wanted(actions[w][i][1], course.top_speed)
+            run_period(judge, kept, w)
         elif begins_again:
             begin_next(course, w)
-            world = world_at(course.worlds, w)
-        sense_robots(world, course.sensors)
+        observe(observer, kept, w)
 
 
 @kernel
-def begin_worlds(course: Course, chosen: Any, are_next: int) -> None:
+def begin_worlds(observer: Judge, kept: Kept, chosen: Any, are_next: int) -> None:
     """Begin the first episodes of the keys of these worlds, or the next ones."""
+    course = opened(kept)
     for n in range(len(chosen)):
         w = chosen[n]
         if are_next:
@@ -161,25 +188,26 @@ def begin_worlds(course: Course, chosen: Any, are_next: int) -> None:
         else:
             course.episodes[w].begun = 0
             begin(course, w, course.episodes[w].key)
-        sense_robots(world_at(course.worlds, w), course.sensors)
+        observe(observer, kept, w)
 
 
 @kernel
 def play_episodes(
-    law: Law, judge: Judge, course: Course, w: int, rows: Any, games: Any, fitness: Any, steps: Any
+    law: Law, judge: Judge, kept: Kept, w: int, rows: Any, games: Any, fitness: Any, steps: Any
 ) -> None:
     """Let every individual play every episode in world *w*.
 
     Args:
         law: The control function.
         judge: What the robots earn, and whether an episode is over.
-        course: All worlds.
+        kept: All worlds.
         w: The world to play in.
         rows: Parameters, one row an individual.
         games: The episodes, of which only the keys are looked at.
         fitness: Out, (individuals, episodes).
         steps: Out, (individuals, episodes, 2): steps of the left and right motor, mean over the robots.
     """
+    course = opened(kept)
     for p in range(len(rows)):
         for n in range(len(games)):
             begin(course, w, games[n].key)
@@ -193,7 +221,7 @@ def play_episodes(
                     world.views[i].left = 0.0
                     world.views[i].right = 0.0
                 call(law, (world.views, 0, count, rows[p : p + 1], course.memory[w]))
-                run_period(judge, course, world, w)
+                run_period(judge, kept, w)
             fitness[p][n] = 0.0
             steps[p][n][0] = 0.0
             steps[p][n][1] = 0.0
@@ -201,22 +229,3 @@ def play_episodes(
                 fitness[p][n] += course.earned[w][i] / count
                 steps[p][n][0] += world.robots[i].left_steps / count
                 steps[p][n][1] += world.robots[i].right_steps / count
-
-
-def judge_of(engine: Engine, task: Task, world: Shown) -> Judge:
-    """Return what a task judges a tick by, as kernels of *engine* call it for worlds such as this one."""
-    reward, is_over = task.reward, task.is_over or goes_on
-    scale = 1 / task.ticks if task.fitness == "mean" else 1.0
-
-    def judge(world: Any, earned: Any, episode: Episode) -> None:
-        for i in range(len(world.robots)):
-            earned[i] += reward(world, i) * scale
-        if is_over(world):
-            episode.is_over = 1
-
-    return engine.argument(judge, lambda: (world, *engine.table([[0.0]]), engine.records(Episode, [Episode()])[0]))
-
-
-def goes_on(world: Shown) -> bool:
-    """Return False: only time ends an episode."""
-    return False
