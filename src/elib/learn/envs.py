@@ -135,8 +135,8 @@ class Environment:
 
     def _info(self, robot: int = 0, *, has_ended: bool = False) -> dict[str, Any]:
         """Return what is true of a robot of the first world, whatever it observes."""
-        x, y, cosine, sine, is_touching = self._episodes.places[0, robot].tolist()
-        info = {"pose": (x, y, float(np.arctan2(sine, cosine))), "is_touching": is_touching > 0.0}
+        place = self._episodes.places[0, robot]
+        info: dict[str, Any] = {"pose": place[:3], "is_touching": bool(place[3])}
         if self._remembers:
             memory = self._episodes.memory[0]
             info["memory"] = {name: memory[name] for name in self.task.memory}
@@ -307,13 +307,13 @@ class TaskVectorEnv(VectorEnv[Floats32, Floats32, NDArray[Any]], Environment):
         if seed is None and not self._has_begun:
             seed = int(self.np_random.integers(1 << 63))
         self._begin(seed)
-        return self._observations(), self._infos()
+        return self._observations(), self._infos(self._all)
 
     def step(self, actions: Floats32) -> tuple[Floats32, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """Let all robots drive until their next decision; actions are wheel speeds, m/s, (worlds, 2)."""
+        given = require_shape(actions, (self.num_envs, 2))
         self._check_begun()
         is_same_step = self._mode is AutoresetMode.SAME_STEP
-        given = require_shape(actions, (self.num_envs, 2))
         if not is_same_step:
             self._fitness[self._ended] = 0.0
         rewards = self._episodes.step(given, begin_again=not is_same_step)[:, 0]
@@ -322,7 +322,7 @@ class TaskVectorEnv(VectorEnv[Floats32, Floats32, NDArray[Any]], Environment):
         terminated = is_over > 0.0
         truncated = (ticks >= self._ticks) & ~terminated
         self._ended = ended = terminated | truncated
-        observations, infos = self._observations(), self._infos()
+        observations, infos = self._observations(), self._infos(self._all)
         if ended.any():
             told = _told("fitness", np.where(ended, self._fitness, 0.0), ended)
             told |= _told("is_success", ended & (self._fitness >= self.task.solved), ended)
@@ -330,24 +330,24 @@ class TaskVectorEnv(VectorEnv[Floats32, Floats32, NDArray[Any]], Environment):
                 last = np.empty(self.num_envs, dtype=object)
                 for world in np.flatnonzero(ended):
                     last[world] = observations[world]
-                told |= infos
+                told |= self._infos(ended)
                 self._begin(None, np.flatnonzero(ended).tolist())
-                observations, infos = self._observations(), self._infos()
+                observations, infos = self._observations(), self._infos(self._all)
                 infos |= _told("final_obs", last, ended) | _told("final_info", told, ended)
             else:
                 infos |= told
         return observations, rewards * self._scale, terminated, truncated, infos
 
-    def _infos(self) -> dict[str, Any]:
-        """Return what is true of each world's robot, whatever it observes."""
-        places = self._episodes.places[:, 0]
-        poses = np.column_stack((places[:, :2], np.arctan2(places[:, 3], places[:, 2])))
-        infos = _told("pose", poses, self._all) | _told("is_touching", places[:, 4] > 0.0, self._all)
-        if self._remembers:
-            memory, told = self._episodes.memory, {}
-            for name in memory.dtype.names:
-                told |= _told(name, memory[name][:, 0] if name in self.task.robot_memory else memory[name], self._all)
-            infos |= _told("memory", told, self._all)
+    def _infos(self, which: NDArray[np.bool_]) -> dict[str, Any]:
+        """Return what is true of the robots of these worlds, whatever they observe."""
+        places, memory, told = self._episodes.places[:, 0], self._episodes.memory if self._remembers else None, {}
+        places[~which] = 0.0
+        infos = _told("pose", places[:, :3], which) | _told("is_touching", places[:, 3] > 0.0, which)
+        if memory is not None:
+            memory[~which] = 0.0
+            for name in memory.dtype.names or ():
+                told |= _told(name, memory[name][:, 0] if name in self.task.robot_memory else memory[name], which)
+            infos |= _told("memory", told, which)
         return infos
 
     def _observations(self) -> Floats32:

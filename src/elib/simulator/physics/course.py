@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from elib.base.body import METRES_PER_STEP
+from elib.simulator.physics.elementary import angle
 from elib.simulator.physics.engine import call, kernel, opened, phase
 from elib.simulator.physics.motion import rim_speed
 from elib.simulator.physics.neighbours import list_near
@@ -40,7 +41,7 @@ class Course(NamedTuple):
     fresh: Any  # (n,): that at the beginning of an episode.
     earned: Any  # (worlds, robots): what the robots earned in the last call.
     observed: Any  # (worlds, robots, n): what the robots observe.
-    seen: Any  # (worlds, robots, 5): x, y, m, cosine and sine of the heading; 1 if the robot touches something.
+    places: Any  # (worlds, robots, 4): x, y, m; heading, rad; 1 if the robot touches something.
     progress: Any  # (worlds, 2): 1 if the task has ended the episode; ticks since it began.
     period: int  # Ticks between two decisions.
     ticks: int  # Of a full episode.
@@ -114,12 +115,11 @@ def observe(observer: Judge, kept: Kept, w: int) -> None:
     course.progress[w][0] = course.episodes[w].is_over
     course.progress[w][1] = course.episodes[w].tick
     for i in range(len(world.robots)):
-        robot, seen = world.robots[i], course.seen[w][i]
-        seen[0] = robot.x
-        seen[1] = robot.y
-        seen[2] = robot.heading_x
-        seen[3] = robot.heading_y
-        seen[4] = 1.0 if robot.touched >= 0 else 0.0
+        robot, place = world.robots[i], course.places[w][i]
+        place[0] = robot.x
+        place[1] = robot.y
+        place[2] = angle(robot.heading_x, robot.heading_y)
+        place[3] = 1.0 if robot.touched >= 0 else 0.0
 
 
 @kernel

@@ -218,9 +218,8 @@ class Episodes:
 
     @property
     def places(self) -> NDArray[np.float64]:
-        """Where each robot is, (worlds, robots, 5): x and y, m; cosine and sine of the heading; 1 if it touches something.
-        """
-        return self._engine.array(self._steered.seen)
+        """Where each robot is, (worlds, robots, 4): x and y, m; heading, rad; 1 if it touches something."""
+        return self._engine.array(self._steered.places)
 
     @property
     def memory(self) -> NDArray[Any]:
@@ -453,7 +452,7 @@ class Episodes:
             fresh=start_of(task),
             earned=self._engine.table(np.zeros((count, robots))),
             observed=self._engine.table(np.zeros((count, robots, observed_count(task)))),
-            seen=self._engine.table(np.zeros((count, robots, 5))),
+            places=self._engine.table(np.zeros((count, robots, 4))),
             progress=self._engine.table(np.zeros((count, 2))),
             period=task.ticks_a_period,
             ticks=task.ticks,
