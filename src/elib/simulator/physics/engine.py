@@ -383,6 +383,16 @@ def _intrinsics() -> dict[Callable[..., Any], Any]:
         assert context.get_abi_sizeof(like) <= 8 * KEPT
         return builder.bitcast(context.make_array(array)(context, builder, value).data, like.as_pointer())
 
+    def parts_at(builder: Any, pointer: Any) -> Any:
+        """Return the value behind a pointer, each part loaded by itself: the compiler leaves out those of no use."""
+        kind = pointer.type.pointee
+        if not hasattr(kind, "elements") and not hasattr(kind, "count"):
+            return builder.load(pointer)
+        value = cgutils.get_null_value(kind)
+        for k in range(len(kind)):
+            value = builder.insert_value(value, parts_at(builder, cgutils.gep_inbounds(builder, pointer, 0, k)), k)
+        return value
+
     @intrinsic  # type: ignore[untyped-decorator]
     def compiled_call(typing: Any, address: Any, arguments: Any) -> Any:
         """Call the function at an address."""
@@ -409,7 +419,7 @@ def _intrinsics() -> dict[Callable[..., Any], Any]:
     @intrinsic  # type: ignore[untyped-decorator]
     def compiled_opened(typing: Any, kept: Any) -> Any:
         def lower(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            return builder.load(place(context, builder, kept, values[0], signature.return_type))
+            return parts_at(builder, place(context, builder, kept, values[0], signature.return_type))
 
         return _kept_types[0](kept), lower
 
