@@ -169,12 +169,15 @@ class Engine:
         """Return these fields of all *rows*, numbers of Python: two or more."""
         return list(map(attrgetter(*names), rows))
 
-    def argument(self, function: Callable[..., None], like: Callable[[], tuple[object, ...]]) -> Any:
+    def argument(
+        self, function: Callable[..., None], like: Callable[[], tuple[object, ...]], *, checks_indices: bool = False
+    ) -> Any:
         """Return a function of the user in the form in which kernels take it, for :func:`call`.
 
         Args:
             function: The function.
             like: Returns such arguments as it will get.
+            checks_indices: Whether an index that is out of its range is an IndexError, compiled, too.
 
         Raises:
             SimulationError: It cannot be compiled.
@@ -260,10 +263,13 @@ class Compiled(Engine):
         """Return these fields, read at once."""
         return cast("list[tuple[Any, ...]]", cast("Any", rows)[list(names)].tolist())
 
-    def argument(self, function: Callable[..., None], like: Callable[[], tuple[object, ...]]) -> Any:
+    def argument(
+        self, function: Callable[..., None], like: Callable[[], tuple[object, ...]], *, checks_indices: bool = False
+    ) -> Any:
         """Return the address of the compiled function; if anything that it uses has changed it is compiled again."""
-        key = tuple(constants_of(cast("FunctionType", function), _kernels, set()))
+        key = (checks_indices, *constants_of(cast("FunctionType", function), _kernels, set()))
         with _one_compiler:
+            self._checks_indices = checks_indices
             if key not in self._addresses:
                 numba: Any = importlib.import_module("numba")
                 made = self._user_function(cast("FunctionType", function), {})
@@ -311,7 +317,8 @@ class Compiled(Engine):
         if function not in built:
             built[function] = None
             copy = _copy(function, lambda value: self._stand_in(value, built))
-            built[function] = importlib.import_module("numba").njit(**OPTIONS, **USES["inner"], forceinline=True)(copy)
+            checked = {**OPTIONS, "boundscheck": self._checks_indices}
+            built[function] = importlib.import_module("numba").njit(**checked, **USES["inner"], forceinline=True)(copy)
         if built[function] is None:
             raise SimulationError(
                 f"{function.__qualname__!r} calls itself, which cannot be compiled",

@@ -20,7 +20,7 @@ from elib.base.errors import ArgumentError, SimulationError
 from elib.base.rules import Whole
 from elib.simulator.physics.controller import Controller
 from elib.simulator.physics.course import Course, Judge, Kept, begin_worlds, play_episodes, step_worlds
-from elib.simulator.physics.engine import EngineName, not_compiled
+from elib.simulator.physics.engine import INTERPRETED, EngineName, not_compiled
 from elib.simulator.physics.geometry import unit
 from elib.simulator.physics.judging import (
     Judgement,
@@ -164,7 +164,7 @@ class Episodes:
             first = check_seed(seed)
             for w in which:
                 course.episodes[w].key = _episode_key(first + w)
-        self._run(begin_worlds, self._observer, kept, self._engine.ints(which), int(seed is None))
+        self._engine.ready(begin_worlds)(self._observer, kept, self._engine.ints(which), int(seed is None))
 
     def step(self, actions: ArrayLike, *, begin_again: bool = True) -> NDArray[np.float64]:
         """Let one period pass in every world.
@@ -184,10 +184,13 @@ class Episodes:
         given = np.asarray(actions, dtype=np.float64).reshape(self.count, self.task.robots, 2)
         kernel, how, cuts = self._stepping
         table, begins = self._engine.table(given), int(begin_again)
-        if len(cuts) == 1:
-            kernel(*how, 0, self.count, table, begins)
-        else:
-            self._all([partial(kernel, *how, *cut, table, begins) for cut in cuts])
+        try:
+            if len(cuts) == 1:
+                kernel(*how, 0, self.count, table, begins)
+            else:
+                self._all([partial(kernel, *how, *cut, table, begins) for cut in cuts])
+        except IndexError as error:
+            raise self._out_of_range() from error
         return self._engine.array(self._steered.earned)
 
     @cached_property
@@ -278,8 +281,11 @@ class Episodes:
             fitness, steps = np.zeros((end - first, len(seeds))), np.zeros((end - first, len(seeds), 2))
             results.append((fitness, steps))
             arguments = (law, self._judge, kept, w, table[first:end], games, fitness, steps)
-            jobs.append(partial(self._run, play_episodes, *arguments))
-        self._all(jobs)
+            jobs.append(partial(self._engine.ready(play_episodes), *arguments))
+        try:
+            self._all(jobs)
+        except IndexError as error:
+            raise self._out_of_range() from error
         return Scores(*(np.concatenate([part[k] for part in results]) for k in (0, 1)))
 
     def _check_functions(self) -> None:
@@ -361,9 +367,11 @@ class Episodes:
         used = [list(constants_of(each, set(), set())) for _, each, _ in self._functions() if isinstance(each, FunctionType)]
         return repr((records.robots, records.views, records.things, used))  # unlike ==, it takes NaN for NaN
 
-    def _run(self, kernel: Callable[..., None], *arguments: Any) -> None:
-        """Run a kernel."""
-        self._engine.ready(kernel)(*arguments)
+    def _out_of_range(self) -> ArgumentError:
+        return ArgumentError(
+            f"a function of task {self.task.name!r} uses an index that is out of its range",
+            hint=f"bound it, as by min and max; to see where, use {INTERPRETED}",
+        )
 
     @cached_property
     def _judge(self) -> Judge:

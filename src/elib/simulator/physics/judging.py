@@ -106,7 +106,8 @@ def judge_of(engine: Engine, task: Task, kept: Any) -> Judge:
         if is_over(world, memory):
             course.episodes[w].is_over = 1
 
-    return engine.argument(judge, lambda: (kept, 0))
+    # What is written beside a memory would be written to that of another world.
+    return engine.argument(judge, lambda: (kept, 0), checks_indices=bool(task.memory or task.robot_memory))
 
 
 def observer_of(engine: Engine, task: Task, kept: Any) -> Judge:
