@@ -12,6 +12,7 @@ import asyncio
 import contextlib
 import io
 import json
+import math
 import os
 import re
 import sys
@@ -22,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from generator.drawings import AXIS, INFRARED, INK, QUIET, RIM, Picture, Point
-from PIL import Image
+from PIL import Image, ImageOps
 
 ROOT = Path(__file__).parent.parent
 IMAGES = ROOT / "docs/images"
@@ -94,6 +95,25 @@ def world_picture(page: str, marker: str) -> str:
     return document
 
 
+def map_picture() -> Image.Image:
+    """Return the map that the program of page 7 leaves, without most of what is unknown."""
+    run_page("07-where-am-i", "elib.play(explore")
+    with Image.open("explored.png") as image:
+        left, top, right, bottom = ImageOps.invert(image).point(lambda grey: 255 * (abs(grey - 127) > 20)).getbbox()
+        known = image.crop((left - 4, top - 4, right + 4, bottom + 4))
+        return known.resize((4 * known.width, 4 * known.height), Image.Resampling.NEAREST)
+
+
+def home_picture() -> Image.Image:
+    """Return the way home of page 7, from where the robot was carried to."""
+    world, moments = run_page("07-where-am-i", "elib.Localiser(grid)")[-1]
+    path = [poses[0] for _, poses in moments]
+    carried = next(k for k, (a, b) in enumerate(pairwise(path), 1) if math.dist((a.x, a.y), (b.x, b.y)) > 2 * STEP)
+    draw(world.snapshot(), "home.png", trails=[path[carried:]], size=SHOWN)
+    with Image.open("home.png") as image:
+        return image.convert("P", palette=Image.Palette.ADAPTIVE)
+
+
 def machine_picture(page: str, marker: str) -> str:
     """Return the picture of the state machine that a program of a page has, with the programs before it."""
     text = ""
@@ -159,6 +179,9 @@ PICTURES: dict[str, Callable[[], str | Image.Image]] = {
     "tutorial-states-begin.svg": lambda: draw_machine(Machine(SAMPLE.read_text(encoding="utf-8"))),
     "tutorial-states-back-up.svg": lambda: machine_picture("06-first-states", "result.states"),
     "tutorial-states-path.svg": lambda: world_picture("06-first-states", "result.states"),
+    "tutorial-where-drift.svg": lambda: world_picture("07-where-am-i", "range(12)"),
+    "tutorial-where-map.png": map_picture,
+    "tutorial-where-home.png": home_picture,
 }
 """The pictures that come out the same each time."""
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import inspect
+import math
 from importlib.resources import files
 
 from elib.base.files import FAULTS
 from elib.base.plaintext import summary
+from elib.base.tables import Key
 from elib.simulator.emulator import faultscript
 from elib.simulator.emulator.faultkinds import KINDS, Counts, Kind, Strength, When
 from elib.testing import faults as testing
@@ -15,9 +17,9 @@ from generator.markdown import block, docstring, field_table, joined, section, t
 
 INTRODUCTION = """# Fault scripts
 
-A fault script says what goes wrong with a virtual robot and its link, when, and how badly. It is a TOML file; `fault=`
-in a [`sim://` URL](urls.md#sim) and `elib simulate --fault` take its path, or the name of one that comes with elib.
-[Link faults](../guides/link-faults.md) shows how they are used.
+A fault script says what goes wrong with virtual robots and their links, when, and how badly. It is a TOML file;
+`fault=` in a [`sim://` URL](urls.md#sim) and `elib simulate --fault` take its path, or the name of one that comes with
+elib. [Link faults](../guides/link-faults.md) shows how they are used.
 """
 CODE = "a key of KINDS"
 """Words of the docstring that the page replaces."""
@@ -64,7 +66,9 @@ def times() -> str:
     told = section(When.__doc__, "Attributes")
     assert all(field in told for field, _ in TIMES.values())
     rows = [(f"`{key.name}`", TIMES[key.name][1]) for key in faultscript.TIMES]
-    return "## When\n\nEvery fault takes these, in seconds.\n\n" + table(("Key", "What it says"), rows)
+    told = "Every fault takes these, in seconds, and `robots`: which robots of a world have it"
+    told += f" ({faultscript.ROBOTS.rule}); all if it is left out."
+    return f"## When, and which robots\n\n{told}\n\n" + table(("Key", "What it says"), rows)
 
 
 def kinds() -> str:
@@ -76,7 +80,7 @@ def kinds() -> str:
         parts.append(f"### {name}\n\n{' '.join([summary(kind), *rules(kind)])}")
         if kind.keys:
             head = ("Key", "What it sets", "Unit", "Range", "Default", "May change")
-            parts.append(table(head, (row(key) for key in kind.keys)))
+            parts.append(table(head, [*map(name_row, kind.names), *map(row, kind.keys)]))
     return "\n\n".join(parts)
 
 
@@ -94,16 +98,28 @@ def rules(kind: type[Kind]) -> list[str]:
 
 def row(key: Strength) -> tuple[str, ...]:
     """Return a key's line."""
-    default = "must be given" if key.default is None else f"{key.default:g}"
+    default = "must be given" if key.default is None else usual(key)
     unit, may_change = key.unit or "-", "yes" if key.may_change else "no"
     return f"`{key.name}`", key.meaning, unit, f"{key.low:g} to {key.high:g}", default, may_change
+
+
+def usual(key: Strength) -> str:
+    """Return the default of a key."""
+    return "none" if math.isnan(key.default or 0.0) else f"{key.default:g}"
+
+
+def name_row(key: Key) -> tuple[str, ...]:
+    """Return the line of a key that says what a fault hits."""
+    default = "must be given" if key.is_needed else key.default
+    return f"`{key.name}`", f"what it hits: {key.rule}", "-", "-", default, "no"
 
 
 def overview() -> str:
     """Return the table of kinds for the guide."""
     rows = []
     for name, kind in KINDS.items():
-        keys = [f"`{key.name}`" + (f" ({key.default:g})" if key.default is not None else "") for key in kind.keys]
+        keys = [f"`{key.name}`" + ("" if key.is_needed else f" ({key.default})") for key in kind.names]
+        keys += [f"`{key.name}`" + (f" ({usual(key)})" if key.default is not None else "") for key in kind.keys]
         rows.append(
             (f"[`{name}`](../reference/faults.md#{name})", " ".join([summary(kind), *rules(kind)]), ", ".join(keys))
         )

@@ -77,6 +77,8 @@ export type Asked = {
   start_recording: { robot: string; name: string };
   /** Record no more. */
   stop_recording: { robot: string };
+  /** Save what a robot's infrared sensors have met: as a picture, its TOML file, and a world. */
+  save_map: { robot: string; name: string };
   /** Play a recording of the folder as a robot of the panel. */
   open_recording: { name: string };
   /** Go on with a recording from another moment of it. */
@@ -158,6 +160,19 @@ export type Asked = {
     loss?: number | null;
     channel?: number;
   };
+  /** Break a part of a robot, on top of its fault script; with nothing wrong, mend what was broken so by hand. */
+  set_defect: {
+    robot: number | string;
+    of: string;
+    number?: number | null;
+    factor?: number;
+    shift?: number;
+    noise?: number;
+    stuck?: number | null;
+    channel?: number;
+  };
+  /** Mend all parts of a robot that were broken by hand. */
+  mend_parts: { robot: number | string; channel?: number };
   /** Cut a robot's link: its program loses it, and no program can open it until mend. */
   cut: { robot: number | string; channel?: number };
   /** Let programs open a robot again. What a fault script cut stays cut as long as the script says. */
@@ -200,11 +215,12 @@ export type Answered = {
   stop_log: null;
   start_recording: null;
   stop_recording: null;
+  save_map: Saved;
   open_recording: string[];
   seek: null;
   pause_playback: null;
   choose_controller: null;
-  save_world: SavedWorld;
+  save_world: Saved;
   go_back: null;
   move_robot: null;
   move_box: null;
@@ -226,6 +242,8 @@ export type Answered = {
   step: null;
   set_speed: null;
   set_faults: null;
+  set_defect: null;
+  mend_parts: null;
   cut: null;
   mend: null;
 };
@@ -265,8 +283,8 @@ export type FileList = {
   recording: string;
 };
 
-/** The file of a world, and the URL that opens it. */
-export type SavedWorld = {
+/** A file that was saved, and the URL that opens its world. */
+export type Saved = {
   name: string;
   url: string;
 };
@@ -528,6 +546,7 @@ export type LinkState = {
   jitter: number;
   loss: number;
   script: string[];
+  broken: string[];
 };
 
 /** Faults of a link: delay of answers and its standard deviation, s, and the probability of a loss. */
@@ -570,6 +589,7 @@ export type Tick = {
   distances: (number | null)[];
   pose: [number, number, number] | null;
   trail: Trail;
+  map: MapPart | null;
   lines: Lines;
   link: LinkStats | null;
   log: string | null;
@@ -677,6 +697,18 @@ export type Picture = {
 export type Trail = {
   whole: boolean;
   points: [number, number][];
+};
+
+/** A part of what the infrared sensors have met; it is new to the page, and stands in its last map if that fits. */
+export type MapPart = {
+  cell: number;
+  x: number;
+  y: number;
+  columns: number;
+  rows: number;
+  at: [number, number];
+  width: number;
+  squares: string;
 };
 
 /** Lines of the event log: those that are new to the page, or all. */

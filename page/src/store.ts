@@ -4,6 +4,7 @@ import { effect, signal } from "@preact/signals";
 import type * as page from "./messages";
 import type { Answer, Failure, Hello, Line, Listed, Play, Scheme, StudyNews, Summary, Tick, Update } from "./messages";
 import type * as studio from "./studio/messages";
+import { RobotMap } from "./robot/map";
 import { World } from "./world/scene";
 
 const SILENCE = 1500; // ms without an update after which what is shown is old
@@ -43,15 +44,21 @@ export class Robot {
   readonly lines = signal<Line[]>([]);
   readonly pixels = signal<string | null>(null);
   trail: [x: number, y: number][] = [];
+  map: RobotMap | null = null;
   history: Moment[] = [];
 
   constructor(readonly key: string) {}
 
   take({ tick, scheme, behaviour }: NonNullable<Update["robot"]>) {
     if (scheme) this.scheme.value = scheme;
-    const { trail, lines, picture } = tick;
+    const { trail, map, lines, picture } = tick;
     if (trail.whole) this.trail = [];
     if (trail.points.length) this.trail = this.trail.concat(trail.points).slice(-KEPT_POINTS);
+    if (trail.whole && !trail.points.length) this.map = null;
+    if (map) {
+      if (!this.map?.has(map)) this.map = new RobotMap(map);
+      this.map.take(map);
+    }
     if (lines.whole || lines.lines.length)
       this.lines.value = (lines.whole ? [] : this.lines.value).concat(lines.lines).slice(-KEPT_LINES);
     if (!picture) this.pixels.value = null;

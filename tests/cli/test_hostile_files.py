@@ -19,7 +19,7 @@ import zstandard
 from mcap.reader import make_reader
 
 import elib
-from elib.records.mcapwriter import CHANNEL, CHUNK, MESSAGE, McapWriter, _long, _record, _text
+from elib.records.mcapwriter import CHANNEL, CHUNK, MESSAGE, McapWriter
 from elib.records.recorder import Recorder
 from elib.records.topics import ABOUT, WORLD_FILE
 from elib.robot.runner import run_on
@@ -36,6 +36,19 @@ JUNK: tuple[Any, ...] = (
 Message = tuple[str, Any]
 Book = tuple[dict[str, str], str, list[Message]]
 """What a recording says of itself, its world, and its messages."""
+
+
+def _record(kind: int, *fields: bytes) -> bytes:
+    body = b"".join(fields)
+    return struct.pack("<BQ", kind, len(body)) + body
+
+
+def _long(data: bytes) -> bytes:
+    return struct.pack("<Q", len(data)) + data
+
+
+def _text(text: str) -> bytes:
+    return struct.pack("<I", len(text)) + text.encode()
 
 
 async def drive(robot: elib.Epuck, recorder: Recorder) -> None:

@@ -68,7 +68,7 @@ def test_every_kind_of_fault_has_its_entry_with_all_its_keys() -> None:
     for name, kind in KINDS.items():
         entry = REFERENCE["faults.md"].partition(f"\n### {name}\n")[2].partition("\n##")[0]
         assert (kind.__doc__ or "").partition("\n")[0] in entry
-        assert re.findall(r"^\| `(\w+)` \|", entry, re.MULTILINE) == [key.name for key in kind.keys]
+        assert re.findall(r"^\| `(\w+)` \|", entry, re.MULTILINE) == [key.name for key in (*kind.names, *kind.keys)]
 
 
 def test_every_fault_script_that_comes_with_elib_is_shown() -> None:

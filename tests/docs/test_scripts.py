@@ -24,7 +24,8 @@ SOURCES = {
 NEEDS_WITH = {"examples/18_replay.py"}
 """It reads a file that is complete only at the end of the block."""
 NOT_IN_A_THREAD = {
-    f"docs/tutorial/{page}.md" for page in ("02-first-behaviour", "04-first-swarm", "05-first-evolution")
+    f"docs/tutorial/{page}.md"
+    for page in ("02-first-behaviour", "04-first-swarm", "05-first-evolution", "07-where-am-i")
 }
 """They drive for minutes of simulated time, and open no robot in another way than the others."""
 QUICK = {"examples/01_hello.py"}

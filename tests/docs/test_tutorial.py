@@ -13,7 +13,7 @@ from pages import ROOT, all_blocks, links, name_of, programs
 PAGES = sorted((ROOT / "docs/tutorial").glob("*.md"))
 
 
-def test_there_are_six_pages() -> None:
+def test_there_are_seven_pages() -> None:
     assert [page.stem for page in PAGES] == [
         "01-first-robot",
         "02-first-behaviour",
@@ -21,6 +21,7 @@ def test_there_are_six_pages() -> None:
         "04-first-swarm",
         "05-first-evolution",
         "06-first-states",
+        "07-where-am-i",
     ]
 
 

@@ -100,7 +100,7 @@ async def test_connections_messages_and_their_length_are_limited(monkeypatch: py
     async with serving() as rig:
         async with rig.program(), rig.program():
             assert await status(rig) == 503
-        await until(lambda: rig.door.programs == 0)
+        await until(lambda: not rig.door._callers.open)
         assert await thrown_out(rig, b"binary") == "only text is understood"
         await thrown_out(rig, json.dumps({"do": "hello", "name": "x" * 9000}))
         assert await thrown_out(rig, *['{"do":"beat"}'] * 2500) == "too many messages"

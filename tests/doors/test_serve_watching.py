@@ -65,7 +65,7 @@ async def test_a_program_that_does_not_read_misses_old_readings_and_holds_nobody
         for readings in ([], ["image", "proximity"], ["proximity"], ["encoders"], ["ambient_light"]):
             await slow.ask("watch", readings=readings, rate=50)
         await quick.ask("watch", rate=50)
-        while not (behind := [each for each in rig.door._clients.values() if each.is_behind]):
+        while not (behind := [each for each in rig.door._callers.open.values() if each.is_behind]):
             await quick.hear()  # until the system takes no more for the slow program
         (client,) = behind
         waiting = client.unread
@@ -94,7 +94,7 @@ async def test_a_driver_that_asks_on_and_on_without_reading_is_left_and_its_robo
     async with serving(FAST) as rig, deaf(rig) as program:
         await program.ask("set_speed", left=0.5, right=0.5)
         await rig.until_it_moves()
-        (client,) = rig.door._clients.values()
+        (client,) = rig.door._callers.open.values()
         most, number = 0, 1000
         async with asyncio.timeout(PATIENCE):
             while rig.slot().drive.driver:
@@ -105,7 +105,7 @@ async def test_a_driver_that_asks_on_and_on_without_reading_is_left_and_its_robo
         await rig.until_it_stands()
         assert MAX_UNREAD < most < 2 * MAX_UNREAD
         program.socket.transport.abort()
-        await until(lambda: not rig.door.programs)
+        await until(lambda: not rig.door._callers.open)
 
 
 async def test_events_come_in_their_order_while_they_are_wanted() -> None:

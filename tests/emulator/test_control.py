@@ -29,7 +29,7 @@ from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.emulator.sim_transport import open_sim
 from elib.simulator.emulator.simulation import Simulation
-from elib.simulator.physics import Box, Cylinder, Scene, World
+from elib.simulator.physics import Box, Cylinder, Defect, Scene, World
 from elib.studies.fork import put_things
 from shared import PATIENCE, until
 
@@ -242,6 +242,24 @@ async def test_faults_set_by_hand_come_on_top_of_a_fault_script(room, tmp_path):
         await robot.close()
 
 
+async def test_parts_broken_by_hand_come_on_top_of_a_fault_script_and_are_mended_alone(control, urls):
+    robot = control.simulation.robots[0]
+    robot.break_parts("Sensor", (Defect("proximity", (1,), stuck=100.0),))
+    control.set_defect(0, "proximity", 1, shift=50.0)
+    control.set_defect(0, "proximity", 1, shift=70.0)  # instead of what was wrong before
+    control.set_defect("epuck-1", "clock", factor=0.5)
+    assert control.world.proximity(0)[1] == 170
+    assert control.link(0).broken == ("proximity 1 stuck at 100", "proximity 1 +70", "clock x 0.5")
+    control.set_defect(0, "clock")
+    assert control.link(0).broken == ("proximity 1 stuck at 100", "proximity 1 +70")
+    assert robot.emulator.pace == 1.0
+    control.mend_parts(0)
+    assert control.world.proximity(0)[1] == 100
+    for wrong in ({"of": "nose"}, {"of": "ground", "number": 7, "stuck": 1.0}, {"of": "clock", "factor": 50.0}):
+        with pytest.raises(ArgumentError):
+            control.set_defect(0, **wrong)
+
+
 async def test_inside_a_program_a_cut_link_stays_cut_until_it_is_mended(room):
     url = f"sim://{room.world}"
     robot = await open_sim(parse_url(url))
@@ -429,6 +447,8 @@ async def test_every_message_of_the_list_does_what_it_says(client, control):
         "step": {"seconds": 0.1},
         "set_speed": {"speed": 2},
         "set_faults": {"robot": 0, "loss": 0.25},
+        "set_defect": {"robot": 0, "of": "ground", "number": 1, "stuck": 3},
+        "mend_parts": {"robot": 1},
         "cut": {"robot": 1},
         "mend": {"robot": 1},
     }
@@ -446,6 +466,7 @@ async def test_every_message_of_the_list_does_what_it_says(client, control):
     assert control.simulation.clock.rate == 2
     assert (seen.lights[0].intensity, seen.sounds[0].volume, control.ambient) == (3, 2000, 100)
     assert (control.link(0).loss, control.link(1).is_cut) == (0.25, False)
+    assert control.link(0).broken == ("ground 1 stuck at 3",)
 
 
 @pytest.mark.parametrize(

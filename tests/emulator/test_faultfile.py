@@ -32,6 +32,7 @@ def test_every_kind_can_be_written_and_is_read_as_written(tmp_path: Path) -> Non
         + "".join(
             f'[[fault]]\nkind = "{name}"\nfrom = 5\n'
             + ("" if kind.is_instant else "until = 7.5\n")
+            + "".join(f"{key.name} = {key.example}\n" for key in kind.names)
             + "".join(f"{key.name} = {key.high:g}\n" for key in kind.keys)
             for name, kind in KINDS.items()
         )

@@ -119,6 +119,10 @@ HOSTILE = {
         "import elib, asyncio, time\ntime.monotonic = lambda: 0.0\ntime.time = lambda: 0.0\n"
         "asyncio.BaseEventLoop.time = lambda self: 0.0\n" + HONEST
     ),
+    "asks_for_the_world": before(
+        "import elib\nfrom elib.testing import world_of\nwith elib.connect() as robot:\n    world_of(robot)",
+        "Unsupported|Error",
+    ),
     "rewrites_elib": before(
         "import elib.lab.marker as marker\nmarker.judge = marker.run_variant = lambda *a, **k: None"
     ),

@@ -35,6 +35,8 @@ STAND = "robot.sleep(1)"
 TURN = "robot.turn(1.5708)"
 PUSH = "robot.set_speed(1, 1); robot.sleep(4.2); robot.stop()"
 """Against the crate at (0.8, 0.3)."""
+MAP = "grid = elib.Grid.of_world('world.toml', 0.02); grid.x, grid.y = -0.3, -0.3"
+"""The world's map, as seen from where the robot starts."""
 
 CASES = [
     ('kind = "reach"\nzone = "ahead"', AHEAD, True, r"in the zone ahead after 2\.\d s"),
@@ -109,6 +111,18 @@ CASES = [
     ),
     ('kind = "says"\ntext = "^[0-9]+ cm$"', "print(12, 'cm')", True, "printed it"),
     ('kind = "says"\ntext = "^[0-9]+ cm$"', "print('far')", False, "printed last: 'far'"),
+    (
+        'kind = "measures"\nzone = "right"',
+        "print('right 0.7 0.7'); print('right 0.61 0.2')",
+        True,
+        r"0\.610 m, 1\.0 cm",
+    ),
+    ('kind = "measures"\nzone = "right"', "print('right 0.61 0.23')", False, r"0\.230 m, 3\.0 cm off"),
+    ('kind = "measures"\nzone = "right"', "print('left 0.6 0.2')", False, 'no line like "right 0.50 0.40"'),
+    ('kind = "maps"', f"{MAP}; print(grid.to_text())", True, "100% of the ground and 100% of the walls; .* 100% is"),
+    ('kind = "maps"', f"{MAP}; grid.odds[:] = -4; print(grid.to_text())", False, "has 100% of the ground and 0% of"),
+    ('kind = "maps"', f"{MAP}; grid.odds[:] = 4; print(grid.to_text())", False, "has 0% of the ground and 100% of"),
+    ('kind = "maps"', "print('map'); print('###')", False, "printed no map of 1 to 100000 squares"),
     (
         'kind = "push"\nthing = "crate"\nzone = "right"',
         PUSH,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from labs_for_tests import GIVEN, SURVIVES, TOP, lab_in
+from labs_for_tests import GIVEN, SURVIVES, TOP, lab_in, run_program
 
-from elib.base.errors import ArgumentError, SimulationError
-from elib.lab import find_lab, load_lab
+from elib.base.errors import ArgumentError, SimulationError, Unsupported
+from elib.lab import find_lab, labfile, load_lab
 from elib.lab.labfile import shipped_labs
 
 
@@ -111,3 +111,14 @@ def test_a_hidden_variant_of_the_same_name_is_found_in_its_own_file(tmp_path: Pa
     (tmp_path / "teacher" / "hidden.toml").write_text(GIVEN.replace("world.toml", "../world.toml"))
     with pytest.raises(SimulationError, match=r"hidden\.toml:\d+: variant\[0\]\.name is there twice"):
         load_lab(tmp_path, hidden=True)
+
+
+def test_a_lab_whose_extra_is_missing_is_not_checked_and_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab = lab_in(tmp_path, top=TOP + 'extra = "vision"\n')
+    monkeypatch.setitem(labfile.EXTRAS, "vision", "elib_has_no_such_package")
+    assert (lab.lacks, lab_in(tmp_path).lacks) == ("vision", "")
+    with pytest.raises(Unsupported, match="need the extra vision, which is not installed here") as caught:
+        run_program(lab, "print('never')")
+    assert "vision" in caught.value.hint

@@ -62,11 +62,11 @@ def first_line(lab: Lab, program: str) -> re.Match[str]:
     return found
 
 
-def test_twelve_labs_come_with_elib_from_10_cm_to_a_swarm() -> None:
-    assert len(NAMES) == 12
+def test_fifteen_labs_come_with_elib_from_10_cm_to_a_swarm() -> None:
+    assert len(NAMES) == 15
     assert (NAMES[0], NAMES[-1]) == ("go-10-cm", "spread")
     numbers = [tomllib.loads((LABS[name].folder / "lab.toml").read_text())["number"] for name in NAMES]
-    assert numbers == list(range(1, 13))
+    assert numbers == list(range(1, 16))
 
 
 @pytest.mark.parametrize("name", NAMES)

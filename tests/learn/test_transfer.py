@@ -338,3 +338,13 @@ def test_the_command_prints_json(
     assert found["task"] == "fast"
     assert found["stages"][0]["mean"] == pytest.approx(STRAIGHT, abs=0.01)
     assert found["breaks"] == []
+
+
+def test_a_controller_is_tried_under_the_fault_scripts_that_are_named(champion: Made, tmp_path: Path) -> None:
+    file = tmp_path / "half.toml"
+    file.write_text('description = "x"\n[[fault]]\nkind = "wheel"\nfactor = 0.5\n')
+    report = transfer(champion("WAY"), replace(SHORT, faults=(str(file),)))
+    assert report.stages[-1].name == "fault half"
+    assert report.stages[-1].ratio == pytest.approx(0.5, abs=0.02)
+    with pytest.raises(ArgumentError, match="there is no fault script 'storm'"):
+        TransferPlan(faults=("storm",))

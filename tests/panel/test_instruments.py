@@ -6,9 +6,11 @@ import asyncio
 import base64
 import json
 import math
+import random
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 import pytest_asyncio
 from msgspec import Struct
@@ -256,3 +258,30 @@ async def test_a_ground_module_that_is_not_plugged_in_is_unknown_and_not_minus_o
 ) -> None:
     values = seen(slot)["readings"]["ground"]["values"]
     assert all(value >= 0 for value in values[:3]) if is_plugged_in else values == [None] * 5
+
+
+@pytest.mark.parametrize("seed", range(5))
+async def test_the_parts_of_a_map_that_pages_are_told_at_any_moments_are_the_map(seed: int) -> None:
+    draw = random.Random(seed)
+    slot, cursor = Slot(SIM), Cursor()
+    place, seen_map, whole = Pose(0, 0, 0), np.zeros((0, 0), np.int8), 0
+    for step in range(400):
+        if step == 300:
+            slot.watcher.forget()  # the robot was connected again
+        turned = place.heading + draw.uniform(-0.5, 0.5)
+        place = Pose(place.x + 0.01 * math.cos(turned), place.y + 0.01 * math.sin(turned), turned)
+        counts = [draw.choice([0, 0, 0, draw.randint(1, 3000)]) for _ in range(8)]
+        slot.watcher.note("proximity", v.Proximity(*counts))
+        slot.watcher.put(place)
+        if draw.random() < 0.1 and (part := seen(slot, cursor)["map"]):
+            squares = np.frombuffer(base64.b64decode(part["squares"]), np.int8).reshape(-1, part["width"])
+            if seen_map.shape != (part["rows"], part["columns"]) or part["width"] == part["columns"]:
+                seen_map = np.zeros((part["rows"], part["columns"]), np.int8)
+                whole += 1
+            row, column = part["at"]
+            seen_map[row : row + len(squares), column : column + part["width"]] = squares
+            grid = slot.watcher.map
+            assert ((seen_map > 0) == (np.rint(grid.odds * 127 / 4) > 0)).all()
+            assert ((seen_map < 0) == (np.rint(grid.odds * 127 / 4) < 0)).all()
+            assert seen(slot, cursor)["map"] is None
+    assert 2 <= whole < 20

@@ -13,6 +13,8 @@ from guard_rig import guarded
 from local_network import LocalLoop
 from page_rig import opened
 
+import elib
+from elib.base.pose import Pose
 from elib.records.timeline import KINDS
 from shared import needs_page, until
 
@@ -86,3 +88,20 @@ async def test_a_page_is_told_a_title_for_lines_of_each_kind_also_those_of_a_rec
         kinds = {*KINDS, "panel"}  # those of recordings, and the panel's own
         assert kinds <= page.hello["kinds"].keys()
         assert all(page.hello["kinds"].values())
+
+
+async def test_a_map_of_what_a_robot_met_is_saved_as_a_picture_and_as_a_world() -> None:
+    async with guarded(urls=["sim://"]) as rig, opened(rig.url) as page:
+        key = await page.connected()
+        grid = rig.panel.slots[key].watcher.map
+        refused = await page.ask("save_map", robot=key, name="room")
+        assert refused["error"]["message"] == "there is no wall on the map yet"
+        for _ in range(5):
+            grid.add(Pose(0, 0, 0), [0.03] * 8)
+        saved = await page.ask("save_map", robot=key, name="room")
+        folder = rig.panel.folder.path
+        assert saved["result"] == {"name": "room.png", "url": f"sim://{folder / 'room-world.toml'}"}
+        assert (elib.Grid.open(folder / "room.png").occupied == grid.occupied).all()
+        assert elib.Grid.of_world(folder / "room-world.toml").occupied.sum() >= grid.occupied.sum()
+        again = await page.ask("save_map", robot=key, name="room")
+        assert again["error"]["hint"] == "'room-2.png' is free"

@@ -524,6 +524,26 @@ async def test_faults_are_of_the_selected_robot_shown_as_they_are_and_taken_back
     await until(lambda: not rig.control.is_cut(1) and rig.control.link(1).jitter == 0)
 
 
+async def test_parts_of_the_selected_robot_are_broken_and_mended_and_the_page_says_what_is_broken(rig, tab):
+    await choose(tab, "robot:1")
+    await unfold(tab, "Parts of this robot")
+    await set_value(tab, named("part"), "proximity 2")
+    await set_value(tab, named("what is wrong with it"), "stuck")
+    await tab.until("!!document.querySelector('details input[type=number]')")
+    await set_value(tab, "document.querySelector('details input[type=number]')", 777)
+    await press(tab, "Break")
+    await until(lambda: rig.control.world.proximity(1)[2] == 777)
+    assert rig.control.world.proximity(0)[2] != 777
+    await tab.until("document.body.textContent.includes('Broken now: proximity 2 stuck at 777.')")
+    rig.control.set_defect(1, "wheel", 0, factor=0.0)  # as another page would
+    await tab.until("document.body.textContent.includes('proximity 2 stuck at 777; wheel 0 dead.')")
+    await set_value(tab, named("part"), "clock")
+    await tab.until(f"{named('what is wrong with it')}.value === 'factor 0.8'")
+    await press(tab, "Mend all")
+    await tab.until("document.body.textContent.includes('All its parts work.')")
+    assert rig.control.link(1).broken == ()
+
+
 async def test_selector_and_remote_control_of_the_robot_are_worked(rig, tab):
     await choose(tab, "robot:0")
     await tab.until("document.getElementById('world-selector')?.value === '3'")

@@ -118,7 +118,7 @@ async def test_who_watches_a_robot_gets_its_readings(page):
     assert len(readings["proximity"]) == 8
     assert readings["encoders"] == [0, 0]
     link = {"connected": False, "cut": False, "latency": 0.0, "jitter": 0.0, "loss": 0.0, "script": []}
-    assert readings["link"] == link
+    assert readings["link"] == {**link, "broken": []}
     assert readings["base"] == {"latency": 0.0, "jitter": 0.0, "loss": 0.0}
     assert (readings["selector"], readings["button"]) == (3, None)
     assert (await page.ask("subscribe", what="readings", rate=0))["ok"]

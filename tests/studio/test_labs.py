@@ -17,7 +17,7 @@ import pytest
 import elib
 from elib.base.errors import ArgumentError, SimulationError
 from elib.base.timebase import Host, move_into
-from elib.lab import Lab, load_lab, run_variant
+from elib.lab import Lab, labfile, load_lab, run_variant
 from elib.lab.labfile import shipped_labs
 from elib.lab.result import read_result
 from elib.lab.running import PlainProgram
@@ -217,7 +217,11 @@ def test_the_page_is_told_of_every_lab(tmp_path: Path) -> None:
 
 def test_a_lab_that_cannot_run_says_what_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "find_spec", lambda name: None)
-    assert [each.name for each in Labs(tmp_path).all() if "NumPy" in each.missing] == ["find-the-red-box"]
+    monkeypatch.setitem(labfile.EXTRAS, "vision", "elib_has_no_such_package")
+    told = {each.name: each.missing for each in Labs(tmp_path).all() if each.missing}
+    assert [name for name, missing in told.items() if "NumPy" in missing] == ["find-the-red-box", "map-the-maze"]
+    assert "the extra vision" in told.pop("home-by-tags")
+    assert len(told) == 2
 
 
 def test_a_report_names_hidden_variants_and_has_the_file_to_hand_in(tmp_path: Path, run: Run) -> None:

@@ -1,101 +1,20 @@
-// Where a robot without a virtual world has been, and what its infrared sensors have met on the way: an occupancy sketch.
+// Where a robot without a virtual world has been, and the map of what its infrared sensors have met on the way.
 import { computed } from "@preact/signals";
+import { Save } from "lucide";
 import { useEffect, useRef } from "preact/hooks";
+import { Button } from "../look/Button";
 import { inks, prepared, stepOf } from "../look/canvas";
+import { keep } from "../look/keep";
 import { isDark } from "../look/theme";
 import { number } from "../look/text";
-import { hello, type Robot } from "../store";
-
-const CELL = 0.01; // m, the side of a square of the sketch
-const SIDE = 64; // squares along a side of a tile
-const MAX_TILES = 400; // 160 m² of floor, 8 MB
-const SIGHT = 0.05; // m: what a sensor that meets nothing has seen to be free
-const FREE = 0.03; // m between the middle and a robot's rim, and a little: where it stands is free
-const SURE = 6; // readings after which a square cannot become surer
+import { can, hello, type Robot } from "../store";
+import type { Place, RobotMap } from "./map";
 
 type Point = [x: number, y: number];
-type Place = (x: number, y: number) => Point;
 
 const inkOf = computed(() => (isDark(), inks("grid", "faint", "trail", "floor", "wall", "ink")));
 
-/** A part of the floor, as a picture of one pixel for each square: a square is painted when it changes, not at each look. */
-class Tile {
-  readonly canvas = document.createElement("canvas");
-  private readonly pen = this.canvas.getContext("2d")!;
-  private readonly weights = new Int8Array(SIDE * SIDE); // above 0 something is there, below 0 nothing is
-  private ink = inkOf.value;
-
-  /** The tile begins at so many tiles from the origin, to the right and up. */
-  constructor(
-    readonly column: number,
-    readonly row: number,
-  ) {
-    this.canvas.width = this.canvas.height = SIDE;
-  }
-
-  mark(index: number, weight: number) {
-    this.weights[index] = Math.max(-SURE, Math.min(SURE, this.weights[index] + weight));
-    this.paint(index);
-  }
-
-  drawOn(pen: CanvasRenderingContext2D, at: Place) {
-    if (this.ink !== inkOf.value) {
-      this.ink = inkOf.value;
-      this.weights.forEach((_, index) => this.paint(index));
-    }
-    // In whole pixels, so that there is no seam between two tiles.
-    const [left, bottom] = at(this.column * SIDE * CELL, this.row * SIDE * CELL).map(Math.round),
-      [right, top] = at((this.column + 1) * SIDE * CELL, (this.row + 1) * SIDE * CELL).map(Math.round);
-    pen.drawImage(this.canvas, left, top, right - left, bottom - top);
-  }
-
-  private paint(index: number) {
-    const weight = this.weights[index],
-      square = [index % SIDE, SIDE - 1 - Math.floor(index / SIDE), 1, 1] as const;
-    this.pen.clearRect(...square);
-    if (!weight) return;
-    this.pen.globalAlpha = weight > 0 ? 0.2 + (0.8 * weight) / SURE : 1;
-    this.pen.fillStyle = weight > 0 ? this.ink.wall : this.ink.floor;
-    this.pen.fillRect(...square);
-  }
-}
-
-/** What the sensors have met. Where the robot was long ago is forgotten first. */
-class Sketch {
-  private readonly tiles = new Map<string, Tile>();
-
-  note([x, y, heading]: [number, number, number], distances: (number | null)[]) {
-    const { ring, body } = hello.value!,
-      rim = body.sensor_radius;
-    this.mark(x, y, -SURE);
-    distances.forEach((metres, sensor) => {
-      const far = metres ?? Infinity,
-        angle = heading + ring.sensors[sensor],
-        [cosine, sine] = [Math.cos(angle), Math.sin(angle)];
-      for (let along = FREE; along < rim + Math.min(far, SIGHT) - CELL; along += CELL)
-        this.mark(x + along * cosine, y + along * sine, -1);
-      if (far < SIGHT) this.mark(x + (rim + far) * cosine, y + (rim + far) * sine, 2);
-    });
-  }
-
-  drawOn(pen: CanvasRenderingContext2D, at: Place, scale: number) {
-    pen.imageSmoothingEnabled = CELL * scale < 1; // squares that share a pixel are mixed
-    for (const tile of this.tiles.values()) tile.drawOn(pen, at);
-  }
-
-  private mark(x: number, y: number, weight: number) {
-    const [column, row] = [Math.floor(x / CELL), Math.floor(y / CELL)],
-      [across, up] = [Math.floor(column / SIDE), Math.floor(row / SIDE)],
-      key = `${across} ${up}`,
-      tile = this.tiles.get(key) ?? new Tile(across, up);
-    this.tiles.delete(key);
-    this.tiles.set(key, tile); // the newest is the last
-    if (this.tiles.size > MAX_TILES) this.tiles.delete(this.tiles.keys().next().value!);
-    tile.mark((row - up * SIDE) * SIDE + column - across * SIDE, weight);
-  }
-}
-
-function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, sketch: Sketch) {
+function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, map: RobotMap | null) {
   const { pen, width, height } = prepared(canvas),
     ink = inkOf.value,
     xs = points.map(([x]) => x),
@@ -119,7 +38,7 @@ function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, sket
   pen.lineWidth = 2 * hello.value!.body.sensor_radius * scale;
   pen.strokeStyle = ink.floor;
   pen.stroke(way);
-  sketch.drawOn(pen, at, scale);
+  map?.drawOn(pen, at, scale, ink);
   const step = stepOf(scale, 36),
     [originX, originY] = at(0, 0);
   pen.beginPath();
@@ -147,16 +66,15 @@ function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, sket
 
 export function Path({ robot }: { robot: Robot }) {
   const canvas = useRef<HTMLCanvasElement>(null),
-    sketch = useRef(new Sketch());
-  const tick = robot.tick.value,
-    pose = tick?.pose ?? null,
-    near = tick?.readings.proximity;
+    tick = robot.tick.value,
+    pose = tick?.pose ?? null;
   useEffect(() => {
-    if (!tick || !pose) return;
-    if (tick.trail.whole && robot.trail.length < 2) sketch.current = new Sketch(); // another journey
-    if (near?.values && !near.stale) sketch.current.note(pose, tick.distances);
-    paint(canvas.current!, [...robot.trail, [pose[0], pose[1]]], pose[2], sketch.current);
+    if (pose) paint(canvas.current!, [...robot.trail, [pose[0], pose[1]]], pose[2], robot.map);
   }, [tick, isDark()]);
+  const save = () =>
+    keep("Save this map", "A picture, and a world that the simulator opens.", "room", (name) =>
+      robot.ask("save_map", { name }),
+    );
   return (
     <div class="path">
       <canvas ref={canvas} role="img" aria-label="path of the robot, and what its sensors have met" />
@@ -169,6 +87,7 @@ export function Path({ robot }: { robot: Robot }) {
         <i class="met" aria-hidden="true" /> something there
         <i class="free" aria-hidden="true" /> free
         <i class="unseen" aria-hidden="true" /> not seen yet
+        {can().files && <Button weight="quiet" icon={Save} label="Save map …" disabled={!robot.map} act={save} />}
       </p>
     </div>
   );

@@ -26,6 +26,25 @@ const FAULTS: Knob<keyof LinkFaults>[] = [
   ["latency", "Delay of answers", 1, milliseconds],
   ["jitter", "Delay varies by ±", 0.5, milliseconds],
 ];
+/** What can break: its name, how it is called, the names of its numbers if each can break alone, and their unit. */
+const PARTS: [of: string, label: string, numbers: string[], unit: string][] = [
+  ["proximity", "IR#", SIDES, "counts"],
+  ["ambient_light", "IR#, ambient,", SIDES, "counts"],
+  ["ground", "ground", ["left", "centre", "right", "cliff left", "cliff right"], "counts"],
+  ["microphones", "microphone", ["right", "left", "rear", "front"], "counts"],
+  ["distance", "distance", [], "m"],
+  ["accelerometer", "accelerometer", [], "m/s²"],
+  ["gyroscope", "gyroscope", [], "rad/s"],
+  ["magnetometer", "magnetometer", [], "µT"],
+  ["camera", "camera", [], "of 255"],
+  ["wheel", "wheel", ["left", "right"], ""],
+  ["clock", "clock", [], ""],
+];
+const PART_CHOICES = PARTS.flatMap(([of, label, names]) =>
+  names.length
+    ? names.map((name, k) => [`${of} ${k}`, `${label.replace("#", `${k}`)} ${name}`] as const)
+    : [[of, label] as const],
+);
 const ROOM: Knob = ["ambient", "Light in the room", DARK, inRoom, "Light sensors read more where it is darker."];
 const LAMP: Knob = ["intensity", "Brightness", 10, (value) => value.toFixed(1)];
 const NOISE: Knob = ["volume", "Volume at 0.1 m", DARK, (value) => `${Math.round(value)}`];
@@ -93,6 +112,7 @@ export function Details({ world, orders, turn }: Props) {
       {kind === "robot" && orders.mayEdit && (
         <>
           <Link {...shared} />
+          <Parts {...shared} />
           <Hands {...shared} />
         </>
       )}
@@ -217,6 +237,69 @@ function Link({ orders, held, readings: { link, base } = {} as Readings, robot }
       ))}
       <p class="hint">{notes.filter(Boolean).join(" ")}</p>
       <Button act={undo}>Undo all faults</Button>
+    </Group>
+  );
+}
+
+/** What can be broken in the robot itself, and how. */
+function Parts({ orders, readings, robot }: OfRobot) {
+  const chosen = useSignal("proximity 0"),
+    how = useSignal("factor 0"),
+    amount = useSignal("300"),
+    [of = "", number] = chosen.value.split(" "),
+    unit = PARTS.find(([name]) => name === of)?.[3] ?? "";
+  const kinds: [string, string][] = unit
+    ? [
+        ["factor 0", "dead"],
+        ["stuck", "stuck at"],
+        ["shift", "shifted by"],
+        ["noise", "noisy by"],
+        ["factor 0.5", "weak"],
+      ]
+    : of === "clock"
+      ? [
+          ["factor 0.8", "slow"],
+          ["factor 1.25", "fast"],
+        ]
+      : [
+          ["factor 0", "loose"],
+          ["factor 0.5", "slow"],
+        ];
+  if (!kinds.some(([kind]) => kind === how.value)) how.value = kinds[0]![0];
+  const [key = "", fixed] = how.value.split(" ");
+  const order = (more: object) =>
+    orders.send({ do: "set_defect", robot, of, number: number ? Number(number) : null, ...more } as Order);
+  const broken = readings?.link.broken ?? [];
+  return (
+    <Group title="Parts of this robot">
+      <div class="row">
+        <Select
+          class="fill"
+          aria-label="part"
+          value={chosen}
+          choices={PART_CHOICES}
+          choose={(to) => (chosen.value = to)}
+        />
+        <Select aria-label="what is wrong with it" value={how} choices={kinds} choose={(to) => (how.value = to)} />
+      </div>
+      {fixed === undefined && (
+        <label class="row">
+          <span class="fill">{unit}</span>
+          <input
+            class="fill"
+            type="number"
+            step="any"
+            value={amount}
+            onInput={(e) => (amount.value = e.currentTarget.value)}
+          />
+        </label>
+      )}
+      <div class="row">
+        <Button act={() => order({ [key]: Number(fixed ?? amount.value) })}>Break</Button>
+        <Button act={() => order({})}>Mend</Button>
+        <Button act={() => orders.send({ do: "mend_parts", robot })}>Mend all</Button>
+      </div>
+      <p class="hint">{broken.length ? `Broken now: ${broken.join("; ")}.` : "All its parts work."}</p>
     </Group>
   );
 }

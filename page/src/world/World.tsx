@@ -3,12 +3,12 @@ import { signal, useSignal } from "@preact/signals";
 import * as icons from "lucide";
 import { useEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
-import { confirmed } from "../look/Dialog";
 import { Select } from "../look/fields";
 import { Icon } from "../look/Icon";
+import { keep } from "../look/keep";
 import { arrowsMove } from "../look/keys";
 import { address, go } from "../route";
-import { ask, can, listed, subscribe, toast } from "../store";
+import { ask, can, listed, subscribe } from "../store";
 import { Details } from "./Details";
 import { Hand } from "./Hand";
 import { hasRays } from "./live";
@@ -199,7 +199,15 @@ function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; or
         {edit && tool(icons.PackagePlus, "Add a box", add("box"), !mayEdit)}
         {edit && tool(icons.BrickWall, "Add a wall", add("wall"), !mayEdit)}
         {edit && tool(icons.Trash2, "Delete", () => orders.remove(), !canDelete)}
-        {save && tool(icons.Save, "Save …", () => keep(world))}
+        {save &&
+          tool(icons.Save, "Save …", () =>
+            keep(
+              "Save this world",
+              "Everything is saved where it stands now, robots too.",
+              `${world.scene.value?.world}-2`,
+              (name) => ask("save_world", { name }),
+            ),
+          )}
         <Button
           weight="quiet"
           icon={icons.PanelRight}
@@ -227,20 +235,4 @@ function Speed({ world, orders }: { world: Model; orders: Orders }) {
       choose={(chosen) => orders.send({ do: "set_speed", speed: Number(chosen) })}
     />
   );
-}
-
-async function keep(world: Model) {
-  let name = `${world.scene.value?.world}-2`;
-  const body = (
-    <>
-      <p>Everything is saved where it stands now, robots too.</p>
-      <label class="field">
-        Name
-        <input value={name} maxLength={70} required onInput={(event) => (name = event.currentTarget.value)} />
-      </label>
-    </>
-  );
-  if (!(await confirmed("Save this world", "Save", body))) return;
-  const saved = await ask("save_world", { name });
-  if (saved) toast(`Saved as ${saved.name}. Open it again as ${saved.url}`, true);
 }

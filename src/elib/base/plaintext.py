@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import inspect
 import re
+import textwrap
 from collections.abc import Iterable, Sequence
 
 _UNSAFE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
@@ -14,6 +15,28 @@ _UNSAFE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 def plain(text: str) -> str:
     r"""Return *text* with its control characters as escapes such as ``\x1b``: a terminal does not obey them."""
     return _UNSAFE.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
+
+
+def two_columns(rows: Sequence[tuple[str, str]], width: int, *, indent: int = 2, widest: int | None = None) -> str:
+    """Return two aligned columns, of which the second is wrapped.
+
+    A label that is longer than *widest*, half the width by default, gets a line of its own: one long word should not
+    push all texts to the edge.
+    """
+    most = width // 2 if widest is None else widest
+    longest = max((len(label) for label, _ in rows if len(label) <= most), default=0)
+    margin = " " * (indent + longest + 2)
+    lines: list[str] = []
+    for label, text in rows:
+        first = f"{' ' * indent}{label}"
+        if len(label) > longest:
+            lines.append(first)
+            first = ""
+        # A path or a URL stays whole, so that it can be copied.
+        wrapped = textwrap.wrap(text, width - len(margin), break_on_hyphens=False, break_long_words=False) or [""]
+        lines.append(f"{first:<{len(margin)}}{wrapped[0]}".rstrip())
+        lines.extend(margin + line for line in wrapped[1:])
+    return "\n".join(lines)
 
 
 def counted(number: int, what: str) -> str:

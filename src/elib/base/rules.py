@@ -45,17 +45,13 @@ Path: TypeAlias = tuple[str | int, ...]
 
 
 class Mistake(ArgumentError):
-    """A value breaks a rule.
-
-    Attributes:
-        what: What is wrong with the value, as the end of a sentence that begins with its place: ``is 5; it must be 4``.
-        path: Where the value is inside of what was checked; empty if that itself is wrong.
-    """
+    """A value breaks a rule."""
 
     def __init__(self, what: str, *, path: Path = (), hint: str = "") -> None:
         super().__init__(f"{dotted(path)} {what}".lstrip(), hint=hint)
+        # what is wrong with the value, as the end of a sentence that begins with its place: `is 5; it must be 4`
         self.what = what
-        self.path = path
+        self.path = path  # where the value is inside of what was checked; empty if that itself is wrong
 
     def at(self, *path: str | int) -> Mistake:
         """Return the same mistake with *path* in front of its own path, as the caller sees it."""
@@ -196,14 +192,10 @@ def really(number: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """What a value must be. Its text follows "it must be".
+    """What a value must be. Its text follows "it must be"."""
 
-    Attributes:
-        example: A good value, as a file writes it.
-        otherwise: What holds if the value is left out, in words, if the default does not say that.
-    """
-
-    example: str = field(default="", kw_only=True)
+    example: str = field(default="", kw_only=True)  # a good value, as a file writes it
+    # what holds if the value is left out, in words, if the default does not say that
     otherwise: str = field(default="", kw_only=True)
 
     def accept(self, value: object) -> Any:
@@ -242,21 +234,13 @@ class Rule:
 
 @dataclass(frozen=True, slots=True)
 class Number(Rule):
-    """A number.
+    """A number."""
 
-    Attributes:
-        low: Least value.
-        high: Greatest value.
-        unit: Unit of the number, or "".
-        usual: Largest magnitude that is taken without :func:`really`.
-        is_open: The number must be above *low*; *low* itself is refused.
-    """
-
-    low: float = -MAX_NUMBER
-    high: float = MAX_NUMBER
+    low: float = -MAX_NUMBER  # least value
+    high: float = MAX_NUMBER  # greatest value
     unit: str = ""
-    usual: float = field(default=math.inf, kw_only=True)
-    is_open: bool = field(default=False, kw_only=True)
+    usual: float = field(default=math.inf, kw_only=True)  # largest magnitude that is taken without really
+    is_open: bool = field(default=False, kw_only=True)  # the number must be above *low*; *low* itself is refused
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -310,13 +294,9 @@ class Number(Rule):
 
 @dataclass(frozen=True, slots=True)
 class Whole(Number):
-    """A whole number.
+    """A whole number."""
 
-    Attributes:
-        step: What it must be a multiple of.
-    """
-
-    step: int = field(default=1, kw_only=True)
+    step: int = field(default=1, kw_only=True)  # what it must be a multiple of
 
     def __str__(self) -> str:
         return f"a {'whole number' if self.step == 1 else f'multiple of {self.step}'} {self.range}"
@@ -349,17 +329,11 @@ class Degrees(Number):
 
 @dataclass(frozen=True, slots=True)
 class Several(Rule):
-    """Several numbers under the same rule.
+    """Several numbers under the same rule."""
 
-    Attributes:
-        rule: The rule that each of them must keep.
-        least: How many there are at least.
-        most: How many there are at most; None for exactly *least*.
-    """
-
-    rule: Number
-    least: int
-    most: int | None = None
+    rule: Number  # the rule that each of them must keep
+    least: int  # how many there are at least
+    most: int | None = None  # how many there are at most; None for exactly *least*
 
     def __str__(self) -> str:
         kind = "whole numbers" if isinstance(self.rule, Whole) else "numbers"
@@ -390,13 +364,9 @@ class Several(Rule):
 
 @dataclass(frozen=True, slots=True)
 class Text(Rule):
-    """A text on one line.
+    """A text on one line."""
 
-    Attributes:
-        longest: Characters at most.
-    """
-
-    longest: int = MAX_TEXT
+    longest: int = MAX_TEXT  # characters at most
 
     def __str__(self) -> str:
         return f"a text of 1 to {self.longest} characters on one line"
@@ -410,13 +380,9 @@ class Text(Rule):
 
 @dataclass(frozen=True, slots=True)
 class Choice(Rule):
-    """One of a few values.
+    """One of a few values."""
 
-    Attributes:
-        among: The values.
-    """
-
-    among: tuple[str | int, ...]
+    among: tuple[str | int, ...]  # the values
 
     def __str__(self) -> str:
         return " or ".join(self.written(value) for value in self.among)
@@ -443,13 +409,9 @@ class Choice(Rule):
 
 @dataclass(frozen=True, slots=True)
 class Member(Rule):
-    """A member of an enumeration, its name in upper or lower case, or its number.
+    """A member of an enumeration, its name in upper or lower case, or its number."""
 
-    Attributes:
-        of: The enumeration.
-    """
-
-    of: type[enum.IntEnum]
+    of: type[enum.IntEnum]  # the enumeration
 
     def __str__(self) -> str:
         return f"one of {', '.join(member.name for member in self.of)}"
@@ -502,17 +464,11 @@ Probability = typing.Annotated[float, PROBABILITY]
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """An argument of a class or function, and its rule.
-
-    Attributes:
-        name: The name of the argument.
-        rule: What its value must be.
-        default: The value that holds if it is left out; :data:`REQUIRED` if it must be given.
-    """
+    """An argument of a class or function, and its rule."""
 
     name: str
-    rule: Rule
-    default: object
+    rule: Rule  # what its value must be
+    default: object  # the value that holds if it is left out; REQUIRED if it must be given
 
 
 REQUIRED = inspect.Parameter.empty

@@ -57,21 +57,13 @@ _AT = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """One key of a table.
-
-    Attributes:
-        name: Name of the key in the file.
-        rule: What its value must be.
-        fills: Names of the arguments that its value fills.
-        defaults: Values of these arguments if the key is left out; empty if the key is required.
-        meaning: What it sets; empty if the docstring of what its table makes says that.
-    """
+    """One key of a table."""
 
     name: str
-    rule: Rule
-    fills: tuple[str, ...]
-    defaults: tuple[object, ...] = ()
-    meaning: str = ""
+    rule: Rule  # what its value must be
+    fills: tuple[str, ...]  # names of the arguments that its value fills
+    defaults: tuple[object, ...] = ()  # values of these arguments if the key is left out; empty if the key is required
+    meaning: str = ""  # what it sets; empty if the docstring of what its table makes says that
 
     @property
     def is_needed(self) -> bool:
@@ -108,19 +100,12 @@ class Key:
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """A key of two numbers, such as a place, which fills two fields that have one rule.
-
-    Attributes:
-        name: Name of the key in the file.
-        fills: Names of the two fields.
-        meaning: What it sets.
-        example: A good value, as the file writes it.
-    """
+    """A key of two numbers, such as a place, which fills two fields that have one rule."""
 
     name: str
-    fills: tuple[str, str]
-    meaning: str
-    example: str
+    fills: tuple[str, str]  # names of the two fields
+    meaning: str  # what it sets
+    example: str  # a good value, as the file writes it
 
 
 def keys_of(taker: Callable[..., object], *pairs: Pair, **rules: Rule) -> tuple[Key, ...]:
@@ -149,25 +134,15 @@ def keys_of(taker: Callable[..., object], *pairs: Pair, **rules: Rule) -> tuple[
 
 @dataclass(frozen=True)
 class Table:
-    """One table of a file, or several of a kind.
-
-    Attributes:
-        name: Name of the table in the file.
-        meaning: What it describes, in a sentence.
-        makes: Function or class that is called with the values of the keys.
-        keys: The keys that it may have.
-        is_array: Whether there may be several, written ``[[name]]``.
-        is_required: Whether there must be one.
-        most: Largest number of tables in an array.
-    """
+    """One table of a file, or several of a kind."""
 
     name: str
-    meaning: str
-    makes: Callable[..., object]
-    keys: tuple[Key, ...]
-    is_array: bool = True
-    is_required: bool = False
-    most: int = MAX_TABLES
+    meaning: str  # what it describes, in a sentence
+    makes: Callable[..., object]  # function or class that is called with the values of the keys
+    keys: tuple[Key, ...]  # the keys that it may have
+    is_array: bool = True  # whether there may be several, written `[[name]]`
+    is_required: bool = False  # whether there must be one
+    most: int = MAX_TABLES  # largest number of tables in an array
 
     @cached_property
     def by_name(self) -> Mapping[str, Key]:
@@ -210,17 +185,11 @@ def unknown(name: str, known: Iterable[str], what: str) -> Mistake:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """The file that tables came from, for messages.
+    """The file that tables came from, for messages."""
 
-    Attributes:
-        filename: Name of the file, as the person gave it.
-        text: The whole file.
-        what: What the file describes: ``a world``.
-    """
-
-    filename: str
-    text: str
-    what: str
+    filename: str  # name of the file, as the person gave it
+    text: str  # the whole file
+    what: str  # what the file describes: `a world`
 
     def read_all(self, document: Mapping[str, object], top: Table, tables: Iterable[Table]) -> dict[str, list[object]]:
         """Return what each table of a document describes, by its name; the name "" is for the keys above all tables.

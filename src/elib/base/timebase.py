@@ -26,13 +26,9 @@ from elib.base.errors import ArgumentError, SimulationError, SimulationStalled
 
 @dataclass(frozen=True, slots=True)
 class Paced:
-    """The speed of simulated time that waits for the wall clock.
+    """The speed of simulated time that waits for the wall clock."""
 
-    Attributes:
-        factor: Seconds of loop time in one second of real time.
-    """
-
-    factor: float = 1.0
+    factor: float = 1.0  # seconds of loop time in one second of real time
 
 
 class LoopMaker(ABC):
@@ -59,14 +55,11 @@ class Host(ABC):
     """What Python runs inside of where that has one thread and no sockets, such as a page in a browser.
 
     Only it knows how to wait: the page has to go on meanwhile.
-
-    Attributes:
-        speed: How many times faster than they were made event loops run; infinite for as fast as possible.
-        portals: What runs the event loops of robots whose program does not: each has a ``call`` and a ``loop``.
     """
 
     def __init__(self) -> None:
-        self.speed = 1.0
+        self.speed = 1.0  # how many times faster than they were made event loops run; infinite for as fast as possible
+        # what runs the event loops of robots whose program does not: each has a `call` and a `loop`
         self.portals: weakref.WeakSet[Any] = weakref.WeakSet()
 
     @abstractmethod
@@ -237,19 +230,16 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
     acquired, or while :attr:`may_jump` returns False. When every task
     waits, no timer is set and nothing outside can wake it, running the loop raises
     :class:`~elib.SimulationStalled`.
-
-    Attributes:
-        may_jump: Called before each jump, if set. When its answer has become True, the loop asks again within
-            HELD_PERIOD, or at once if it is woken by ``call_soon_threadsafe``.
-        turned: When it last began a turn, s of the wall clock.
     """
 
     _scheduled: list[asyncio.TimerHandle]  # asyncio's own heap of timers
     _clock_resolution: float
 
     def __init__(self) -> None:
+        # called before each jump, if set. When its answer has become True, the loop asks again within HELD_PERIOD, or
+        # at once if it is woken by `call_soon_threadsafe`.
         self.may_jump: Callable[[], bool] | None = None
-        self.turned = time.monotonic()
+        self.turned = time.monotonic()  # when it last began a turn, s of the wall clock
         self._now = 0.0
         self._holds = 0
         self._jobs = 0

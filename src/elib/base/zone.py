@@ -7,20 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Zone:
-    """A part of the floor with a name.
-
-    Attributes:
-        name: Its name.
-        x: Its middle, m.
-        y: Its middle, m.
-        radius: Of a circle, m; 0 for a rectangle.
-        width: Of a rectangle, along x, m.
-        depth: Of a rectangle, along y, m.
-    """
+    """A part of the floor with a name."""
 
     name: str
-    x: float
-    y: float
-    radius: float = 0.0
-    width: float = 0.0
-    depth: float = 0.0
+    x: float  # its middle, m
+    y: float  # its middle, m
+    radius: float = 0.0  # of a circle, m; 0 for a rectangle
+    width: float = 0.0  # of a rectangle, along x, m
+    depth: float = 0.0  # of a rectangle, along y, m

@@ -153,10 +153,11 @@ def _scores(parts: Parity) -> str:
 def _commands(found: Comparison) -> str:
     runs = {"A": found.first, "B": found.second}
     rows = [
-        [name, letter, str(each.calls), str(each.failed), *(_milliseconds(each.quantile(share)) for share in SHARES)]
+        [name, letter, str(each.calls), str(each.failed), *(_number(1000 * s, 1 if s < 1 else 0) for s in times)]
         for name in sorted(found.first.commands.keys() | found.second.commands.keys())
         for letter, run in runs.items()
         if (each := run.commands.get(name))
+        for times in [[each.quantile(share) for share in SHARES]]
     ]
     if not rows:
         return ""
@@ -189,10 +190,6 @@ def _readings(found: Comparison, parts: Parity | None) -> str:
         rows.append(row)
     heading = ["readings", "", "n", "mean A", "mean B", "RMS A-B", "corr.", *["parity"] * (parts is not None)]
     return grid(heading, rows, left=2)
-
-
-def _milliseconds(seconds: float) -> str:
-    return _number(1000 * seconds, 1 if seconds < 1 else 0)
 
 
 def _number(value: float, digits: int, unit: str = "") -> str:

@@ -112,6 +112,7 @@ def described(image: Image, name: str, number: int | None) -> str:
     """Return what would be written, and what not."""
     rows = len(image.rows)
     written = [f"{_span(first, last)} ({(last - first) // ROW + 1})" for first, last in spans(image.rows)]
+    held = f"; the file holds {counted(len(image.protected), 'row')} there" if image.protected else ""
     vector = f"0x000000 leads to the bootloader at 0x{BOOTLOADER:06X}"
     lines = [
         ("rows", f"{rows} of {END // ROW}, of 32 instructions each: {', '.join(written)}"),
@@ -121,7 +122,7 @@ def described(image: Image, name: str, number: int | None) -> str:
         ),
         ("start", f"0x{START_AT:06X} leads to the program at 0x{image.start:06X}"),
         ("robot's number", f"{'missing: give it with --id' if number is None else number}, at 0x{NUMBER_AT:06X}"),
-        ("never sent", f"{_span(BOOTLOADER, END - ROW)}, the bootloader" + _held(image)),
+        ("never sent", f"{_span(BOOTLOADER, END - ROW)}, the bootloader" + held),
     ]
     lines += [
         ("not sent", f"{memory}: {count} bytes, out of the bootloader's reach")
@@ -129,10 +130,6 @@ def described(image: Image, name: str, number: int | None) -> str:
     ]
     lines.append(("time", f"{image.seconds:.1f} s on the line at least, and the answers of the robot"))
     return f"{plain(name)}\n{table(lines)}"
-
-
-def _held(image: Image) -> str:
-    return f"; the file holds {counted(len(image.protected), 'row')} there" if image.protected else ""
 
 
 def _span(first: int, last: int) -> str:

@@ -36,7 +36,8 @@ def new(sample: Sample = None, file: Target = None, /, *, listed: Listed = False
     if sample is None:
         if not listed:
             raise ArgumentError("elib new needs the name of a sample", hint="elib new --list lists them")
-        print(table([(name, _summary(text)) for name, text in there.items()], indent=0))
+        about = {name: ast.get_docstring(ast.parse(text)) or "" for name, text in there.items()}
+        print(table([(name, text.partition("\n")[0]) for name, text in about.items()], indent=0))
         return
     name = sample.lower().replace("_", "-")
     if name not in there:
@@ -62,7 +63,3 @@ def samples() -> dict[str, str]:
     for name, behaviour in behaviours().items():
         texts.setdefault(name, Path(inspect.getfile(behaviour.function)).read_text("utf-8"))
     return texts
-
-
-def _summary(text: str) -> str:
-    return (ast.get_docstring(ast.parse(text)) or "").partition("\n")[0]

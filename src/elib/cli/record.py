@@ -16,7 +16,7 @@ from elib.base.plaintext import plain
 from elib.base.tasks import end_tasks
 from elib.cli.arguments import AsJson, RobotUrl, Seconds, option
 from elib.cli.live import ENTER, beside, period_of, sensor_parts
-from elib.cli.report import link_rows
+from elib.cli.report import amount, link_rows
 from elib.cli.terminal import BOLD, LiveLine, json_line, say, table
 from elib.cli.watch import RATE, Names, Rate, chosen
 from elib.link.protocol.values import Proximity
@@ -25,7 +25,7 @@ from elib.link.transport import speed_of
 from elib.records.et.formats import format_of
 from elib.records.export import export
 from elib.records.reader import Summary, read_recording, summary_of
-from elib.records.recorder import Recorder, check_new
+from elib.records.recorder import check_new
 from elib.records.repair import repair
 from elib.records.tables import FIXED
 from elib.robot.aio import Epuck
@@ -207,11 +207,6 @@ async def _watch(
         await end_tasks(reading)
     if not reading.cancelled():
         reading.result()
-
-
-def amount(recorder: Recorder) -> str:
-    """Return the amount that was recorded, in words."""
-    return f"{recorder.messages} messages, {recorder.size / 1000:.0f} KB"
 
 
 def to_text(summary: Summary) -> str:

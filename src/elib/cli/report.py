@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from elib.link.session.statistics import LinkStats
+from elib.records.recorder import Recorder
 from elib.studies.drive import RobotReport
 
 ENDINGS = {
@@ -58,6 +59,11 @@ def link_rows(statistics: LinkStats) -> list[tuple[str, str]]:
         ("commands", answered + (f", {failed} failed otherwise" if failed else "")),
         ("round trip", f"median {_milliseconds(statistics.median)}, {share} {_milliseconds(statistics.p99)}"),
     ]
+
+
+def amount(recorder: Recorder) -> str:
+    """Return the amount that was recorded, in words."""
+    return f"{recorder.messages} messages, {recorder.size / 1000:.0f} KB"
 
 
 def _milliseconds(seconds: float) -> str:

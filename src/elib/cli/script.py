@@ -30,7 +30,7 @@ from elib.cli.arguments import option
 from elib.cli.live import RunDisplay
 from elib.cli.program import execute_own, is_package
 from elib.cli.recordoptions import own_name
-from elib.cli.report import ENDINGS, drive_rows, link_rows, state_rows, time_in_states
+from elib.cli.report import ENDINGS, amount, drive_rows, link_rows, state_rows, time_in_states
 from elib.cli.terminal import print_json, say, table, typed
 from elib.link.protocol.profiles import rule
 from elib.link.session import Disconnected, Reconnected, TraceEvent
@@ -334,8 +334,9 @@ class ProgramRun:
             rows += link_rows(merged([robot.robot.statistics for robot in self.robots]))
         if self._records.log is not None:
             rows.append(("log", self._records.log))
-        rows += [("recording", _told(each)) for each in self._files if isinstance(each, Recorder)]
-        return rows
+        recorders = [each for each in self._files if isinstance(each, Recorder)]
+        state = {True: "", False: "not whole: "}
+        return rows + [("recording", f"{state[each.is_whole]}{amount(each)} in {each.path}") for each in recorders]
 
     def to_json(self, code: int, plot: str | None) -> dict[str, object]:
         """Return the summary for other programs."""
@@ -377,9 +378,3 @@ class ProgramRun:
                 self._say("hint: switch the robot on, charge it, bring it nearer; Ctrl-C ends the run")
             case Reconnected(gap=gap):
                 self._say(f"the link of {name} is back after {gap:.1f} s")
-
-
-def _told(recorder: Recorder) -> str:
-    """Return what a recording holds, and where."""
-    state = "" if recorder.is_whole else "not whole: "
-    return f"{state}{recorder.messages} messages, {recorder.size / 1000:.0f} KB in {recorder.path}"

@@ -7,11 +7,10 @@ import json
 import os
 import shutil
 import sys
-import textwrap
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, Self, TextIO
 
-from elib.base.plaintext import plain
+from elib.base.plaintext import plain, two_columns
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -67,22 +66,8 @@ def paint(text: str, code: str, stream: TextIO) -> str:
 
 def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None = None) -> str:
     """Return two aligned columns, safe to print; the second one is wrapped to *width*, by default the terminal's."""
-    rows = [(plain(label), plain(text)) for label, text in rows]
-    width = columns() if width is None else width
-    # A label longer than this gets a line of its own: one long word should not push all texts to the edge.
-    longest = max((len(label) for label, _ in rows if len(label) <= width // 2), default=0)
-    margin = " " * (indent + longest + 2)
-    lines: list[str] = []
-    for label, text in rows:
-        first = f"{' ' * indent}{label}"
-        if len(label) > longest:
-            lines.append(first)
-            first = ""
-        # A path or a URL stays whole, so that it can be copied.
-        wrapped = textwrap.wrap(text, width - len(margin), break_on_hyphens=False, break_long_words=False) or [""]
-        lines.append(f"{first:<{len(margin)}}{wrapped[0]}".rstrip())
-        lines.extend(margin + line for line in wrapped[1:])
-    return "\n".join(lines)
+    told = [(plain(label), plain(text)) for label, text in rows]
+    return two_columns(told, columns() if width is None else width, indent=indent)
 
 
 def grid(heading: Sequence[str], rows: Iterable[Iterable[str]], *, left: int = 1) -> str:

@@ -35,6 +35,9 @@ def transfer(
             "Another robot: enki, webots, gctronic, or a file that elib fit wrote; once for each (default: all three).",
         ),
     ] = None,
+    fault: Annotated[
+        list[str] | None, option("--fault NAME", "Also run under this fault script, or .toml file; once for each.")
+    ] = None,
     runs: Annotated[int, option("--runs N", "Runs of each stage.")] = PLAN.runs,
     robot_runs: Annotated[int, option("--robot-runs N", "Runs on the robot.")] = PLAN.robot_runs,
     latency: Annotated[str, option("--latency S", "Delay each way of the poor link: 0.05 s, or 50ms.")] = "50ms",
@@ -69,6 +72,7 @@ def transfer(
         jitter=seconds_of(jitter, "--jitter"),
         loss=loss,
         profiles=profile,
+        faults=fault or (),
         sensitivity=breaks,
         robot=robot,
         robot_runs=robot_runs,

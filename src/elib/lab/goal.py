@@ -76,37 +76,26 @@ class Zone(NamedZone):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trace:
-    """What happened in one variant, for the goals to judge. A kind of goal reads only what it is about.
+    """What happened in one variant, for the goals to judge. A kind of goal reads only what it is about."""
 
-    Attributes:
-        step: Time between two ticks, s.
-        poses: Where each robot was, from the start on: for each tick the places of all robots.
-        touching: Which robots touched something: for each tick a flag for each robot.
-        lit: Which LEDs of the ring were on: for each tick a number for each robot, with a bit for each LED.
-        speeds: Speeds of each robot's wheels at the end, m/s: left and right.
-        things: Where the middle of each box and cylinder with a name is at the end, m.
-        zones: The zones of this variant.
-        stripes: The courses of the stripes on the floor, each as its points, m.
-        requests: How often each command was sent.
-        output: What the program printed.
-        time: Robot time at the program's end, s.
-        has_ended: Whether the program ended by itself in time.
-        exit_code: Its exit code, if it has one.
-    """
-
-    step: float
-    poses: Sequence[Sequence[Place]]
-    touching: Sequence[Sequence[bool]] = ()
+    step: float  # time between two ticks, s
+    poses: Sequence[Sequence[Place]]  # where each robot was, from the start on: for each tick the places of all robots
+    touching: Sequence[Sequence[bool]] = ()  # which robots touched something: for each tick a flag for each robot
+    # which LEDs of the ring were on: for each tick a number for each robot, with a bit for each LED
     lit: Sequence[Sequence[int]] = ()
-    speeds: Sequence[tuple[float, float]] = ()
+    speeds: Sequence[tuple[float, float]] = ()  # speeds of each robot's wheels at the end, m/s: left and right
+    # where the middle of each box and cylinder with a name is at the end, m
     things: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     zones: Mapping[str, Zone] = field(default_factory=dict)
+    # the courses of the stripes on the floor, each as its points, m
     stripes: Sequence[Sequence[tuple[float, float]]] = ()
-    requests: Counter[str] = field(default_factory=Counter)
-    output: str = ""
-    time: float = 0.0
-    has_ended: bool = True
-    exit_code: int | None = 0
+    # walls and sides of boxes at the start: both ends of each, x1, y1, x2, y2, m
+    surfaces: Sequence[tuple[float, float, float, float]] = ()
+    requests: Counter[str] = field(default_factory=Counter)  # how often each command was sent
+    output: str = ""  # what the program printed
+    time: float = 0.0  # robot time at the program's end, s
+    has_ended: bool = True  # whether the program ended by itself in time
+    exit_code: int | None = 0  # its exit code, if it has one
 
     @property
     def robots(self) -> int:
@@ -244,9 +233,6 @@ def judge(goals: Sequence[Goal], trace: Trace, refusal: str = "") -> tuple[GoalR
 def points(goals: Iterable[Goal], held: Mapping[str, int], variants: int) -> float:
     """Return the points of a program: for each goal its points, times the share of variants in which it holds.
 
-    Args:
-        goals: The goals.
-        held: In how many variants each holds, by its name.
-        variants: How many there are.
+    *held* says in how many variants each goal holds, by its name.
     """
     return sum(goal.points * held[goal.name] / variants for goal in goals)

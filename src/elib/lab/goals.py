@@ -12,6 +12,7 @@ from typing import Annotated, TypeVar, dataclass_transform
 from elib.base.plaintext import counted
 from elib.base.rules import Degrees, Mistake, Number, Several, Text, Whole, nearest
 from elib.lab.goal import Finding, Goal, Name, Names, Place, Seconds, Stretch, Trace, Zone
+from elib.lab.printed import MAX_SQUARES, compared, last_map
 from elib.link.protocol.commands import SPECS
 from elib.simulator.physics.geometry import segment_distance
 
@@ -414,6 +415,60 @@ class Says(Goal):
             return True, "printed it"
         lines = trace.output.strip().splitlines()
         return False, f"printed last: {lines[-1][:80]!r}" if lines else "printed nothing"
+
+
+@kind("measures")
+class Measures(Goal):
+    """The program printed the size of a zone: a line with its name and both sides, m. The last one counts.
+
+    Attributes:
+        zone: The zone, a rectangle.
+        within: How far each side may be off, m.
+    """
+
+    zone: Name
+    within: Metres = 0.02
+
+    def _sentence(self) -> str:
+        return f'The program prints the sides of {self.zone}, to {100 * self.within:g} cm, as "{self.zone} 0.50 0.40".'
+
+    def _judge(self, trace: Trace) -> Finding:
+        zone = trace.zones[self.zone]
+        found = re.findall(rf"^{re.escape(self.zone)} +(\d*\.?\d+) +(\d*\.?\d+)\s*$", trace.output, re.MULTILINE)
+        if not found:
+            return False, f'printed no line like "{self.zone} 0.50 0.40"'
+        told, real = sorted(map(float, found[-1])), sorted((zone.width, zone.depth))
+        off = [abs(each - side) for each, side in zip(told, real, strict=True)]
+        text = " and ".join(f"{side:.3f} m, {100 * by:.1f} cm off" for side, by in zip(told, off, strict=True))
+        return max(off) <= self.within, f"printed {text}"
+
+
+@kind("maps")
+class Maps(Goal):
+    """The program printed a map of the arena, as ``print(grid.to_text())`` does; the last one counts.
+
+    The robot starts at its (0, 0) and looks along x. It may be turned by up to 6 degrees, and be off by 2 cm each way.
+
+    Attributes:
+        share: Which part must be right of three: of the ground as free, of the walls as occupied, and of the occupied
+            squares.
+        within: How far a wall may be off, m.
+    """
+
+    share: Share = 0.9
+    within: Metres = 0.02
+
+    def _sentence(self) -> str:
+        return f"The program prints a map of which {self.share:.0%} is right, to {100 * self.within:g} cm."
+
+    def _one(self, trace: Trace, robot: int) -> Finding:
+        told = last_map(trace.output)
+        if told is None:
+            return False, f"printed no map of 1 to {MAX_SQUARES} squares"
+        found = compared(told, trace.poses[0][robot], trace.surfaces, self.within)
+        text = f"its map has {found.free:.0%} of the ground and {found.walls:.0%} of the walls"
+        text += f"; of what it has as occupied, {found.occupied:.0%} is"
+        return found.least >= self.share, text
 
 
 @kind("push")

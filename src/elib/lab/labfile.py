@@ -34,6 +34,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -53,6 +54,9 @@ FILE = "lab.toml"
 HIDDEN = "teacher/hidden.toml"
 MAX_TIME = 600
 """s. The most robot time of a run: half a minute of computing, and longer than anybody waits for a mark."""
+
+EXTRAS = {"vision": "cv2"}
+"""Extras that programs of a lab may need, each with a module of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +99,7 @@ class Top:
         firmware: What runs on the robots.
         robots: How many robots there are.
         number: Its place in a course; ``elib lab list`` has this order.
+        extra: The extra of elib that its programs need; where that is not installed, nothing is checked.
     """
 
     title: Annotated[str, Text(example='"Go 10 cm"')]
@@ -103,6 +108,7 @@ class Top:
     firmware: Annotated[str, Choice(tuple(FIRMWARES), example='"epuck2"')] = "asercom-1.2.2"
     robots: Annotated[int, Whole(1, 100, example="4", otherwise="as many as the world names")] | None = None
     number: Annotated[int, Whole(1, 1000, example="3", otherwise="none")] | None = None
+    extra: Annotated[str, Choice(tuple(EXTRAS), otherwise="none")] | None = None
 
 
 def zone(
@@ -180,6 +186,7 @@ class Lab:
         goals: What the program should reach.
         variants: Where it runs, with all that the lab says for all of them.
         zones: Parts of the floor.
+        extra: The extra of elib that its programs need, or None.
     """
 
     folder: Path
@@ -188,6 +195,12 @@ class Lab:
     goals: tuple[Goal, ...]
     variants: tuple[Variant, ...]
     zones: tuple[Zone, ...]
+    extra: str | None = None
+
+    @property
+    def lacks(self) -> str:
+        """The extra that its programs need and that is not installed here, or an empty string."""
+        return self.extra if self.extra is not None and find_spec(EXTRAS[self.extra]) is None else ""
 
     @property
     def name(self) -> str:
@@ -255,6 +268,7 @@ def load_lab(folder: str | Path, *, hidden: bool = False) -> Lab:
         tuple(given["goal"]),
         tuple(each for _, each in variants),
         tuple(each for _, each in zones),
+        top.extra,
     )
     _check_goals(lab, first)
     names = [each.name for each in lab.variants]

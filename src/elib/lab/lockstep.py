@@ -66,29 +66,27 @@ class LockstepLink:
         channel: What carries the frames; the socket whose file descriptor is *number* if None.
 
     Attributes:
-        now: The marker's time, s.
-        codecs: What each robot's link carries.
         is_over: Whether the marker lets no more time pass.
         was_used: Whether the program has opened a robot.
-        on_over: Called when the marker lets no more time pass.
-        on_jump: Called before a loop jumps, if set; what it raises ends the program.
-
-    Raises:
-        LinkNotFound: There is no marker behind this file descriptor.
     """
 
     def __init__(self, number: int, channel: Channel | None = None) -> None:
         self.name = f"lockstep://{number}"
         self.is_over = self.was_used = False
-        self.on_over: Callable[[], None] | None = None
+        self.on_over: Callable[[], None] | None = None  # called when the marker lets no more time pass
+        # called before a loop jumps, if set; what it raises ends the program
         self.on_jump: Callable[[], None] | None = None
-        self.now = 0.0
+        self.now = 0.0  # the marker's time, s
         self.loops: weakref.WeakSet[LockstepLoop] = weakref.WeakSet()
         self.robots: dict[int, LockstepTransport] = {}
         self._lock = threading.RLock()
         self._received = bytearray()
         try:
-            self._channel = channel or _socket(number)
+            if channel is None:
+                channel = found = socket.socket(fileno=number)
+                found.set_inheritable(False)
+                found.setblocking(True)
+            self._channel = channel
             answer = self.ask(HELLO, bytes((VERSION,)))
         except (OSError, LinkLost) as error:
             raise LinkNotFound(
@@ -96,6 +94,7 @@ class LockstepLink:
                 hint="only a lab's marker gives such a URL; try sim://",
             ) from None
         _, self.now, count = GREETING.unpack_from(answer)
+        # what each robot's link carries
         self.codecs = ["wifi" if each == ord("w") else "serial" for each in answer[GREETING.size :][:count]]
 
     def tell(self, letter: int, body: bytes) -> None:
@@ -165,24 +164,12 @@ class LockstepLink:
             robot.hand_over(why.encode(), 0, is_lost=True)
 
 
-def _socket(number: int) -> socket.socket:
-    found = socket.socket(fileno=number)
-    found.set_inheritable(False)
-    found.setblocking(True)
-    return found
-
-
 class LockstepLoop(SimulatedLoop):
-    """A :class:`SimulatedLoop` whose time is the marker's, from zero on: it asks before it jumps.
-
-    Attributes:
-        link: The link to the marker.
-        began: The marker's time when the loop was made, s.
-    """
+    """A :class:`SimulatedLoop` whose time is the marker's, from zero on: it asks before it jumps."""
 
     def __init__(self, link: LockstepLink, *where: Any) -> None:
-        self.link = link
-        self.began = link.now
+        self.link = link  # the link to the marker
+        self.began = link.now  # the marker's time when the loop was made, s
         super().__init__(*where)
         link.loops.add(self)
 
@@ -327,13 +314,9 @@ def linked(channel: Channel) -> Iterator[int]:
 
 @dataclass(frozen=True, slots=True)
 class MarkersTime(LoopMaker):
-    """The time of a marker.
+    """The time of a marker."""
 
-    Attributes:
-        number: The number of its link.
-    """
-
-    number: int
+    number: int  # the number of its link
 
     def make(self) -> LockstepLoop:
         """Return an event loop in this time."""
@@ -373,11 +356,7 @@ async def open_lockstep(url: Url) -> LockstepTransport:
 
 
 def robots_of(url: Url) -> list[Url]:
-    """Return what opens each robot of the marker's world; the URL itself if it names one, or there is one.
-
-    Raises:
-        LinkNotFound: There is no marker.
-    """
+    """Return what opens each robot of the marker's world; the URL itself if it names one, or there is one."""
     count = len(link_of(int(url.target)).codecs)
     if "robot" in url.keys or count == 1:
         return [url]

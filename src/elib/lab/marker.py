@@ -13,26 +13,9 @@ from collections import Counter
 from collections.abc import Callable
 
 from elib.base.errors import ArgumentError, LinkNotFound
+from elib.lab import lockstep
 from elib.lab.goals import Requests
 from elib.lab.labfile import Lab, Variant, settings_of
-from elib.lab.lockstep import (
-    CLOSE,
-    GO,
-    GREETING,
-    HEAR,
-    HEARD,
-    HELLO,
-    KEPT,
-    LETTER,
-    NEWS,
-    OPEN,
-    PASSED,
-    ROBOT,
-    SAY,
-    TIME,
-    VERSION,
-    WRITE,
-)
 from elib.lab.tracer import AFTERWARDS, End, Ending, Tracer, VariantResult
 from elib.link.protocol.profiles import profile_named
 from elib.link.transport.memory import MemoryTransport
@@ -99,10 +82,10 @@ class _End(MemoryTransport):
         if self.arrived or self.unsent != self._told:
             data = bytes(self.arrived)
             self.arrived.clear()
-            found = NEWS.pack(self.index, self.kept(), False, len(data)) + data
+            found = lockstep.NEWS.pack(self.index, self.kept(), False, len(data)) + data
         if self.loss is not None:
             text = f"{self.loss.message}\n{self.loss.hint}".encode()
-            found += NEWS.pack(self.index, 0, True, len(text)) + text
+            found += lockstep.NEWS.pack(self.index, 0, True, len(text)) + text
         return found
 
     def wake_writer(self) -> None:
@@ -125,13 +108,7 @@ class _End(MemoryTransport):
 
 
 class Marker:
-    """Serves one program in one variant of a lab, on the running event loop, a simulated one.
-
-    Args:
-        lab: The lab.
-        variant: The variant.
-        send: Sends a frame to the program.
-    """
+    """Serves one program in one variant of a lab, on the running event loop, a simulated one."""
 
     def __init__(self, lab: Lab, variant: Variant, send: Callable[[bytes], object]) -> None:
         assert variant.time is not None
@@ -156,9 +133,9 @@ class Marker:
             RunOver: The program broke the link's rules, or the lab's time is over and it was told.
         """
         self._transcript.update(frame)
-        letter, body = frame[LETTER.size - 1], frame[LETTER.size :]
-        if letter == GO:
-            await self._go(self._one(TIME, body))
+        letter, body = frame[lockstep.LETTER.size - 1], frame[lockstep.LETTER.size :]
+        if letter == lockstep.GO:
+            await self._go(self._one(lockstep.TIME, body))
         else:
             self._obey(letter, body)
 
@@ -174,41 +151,43 @@ class Marker:
         self._simulation.close()
 
     def _answer(self, letter: int, body: bytes) -> None:
-        frame = LETTER.pack(1 + len(body), letter) + body
+        frame = lockstep.LETTER.pack(1 + len(body), letter) + body
         self._transcript.update(frame)
         self._send(frame)
 
     # -- the frames --
 
     def _obey(self, letter: int, body: bytes) -> None:
-        if letter == HELLO:
-            if self._has_met or body != bytes((VERSION,)):
+        if letter == lockstep.HELLO:
+            if self._has_met or body != bytes((lockstep.VERSION,)):
                 raise BrokenRule("a hello that is wrong, or a second one")
             self._has_met = True
             firmwares = [self._simulation.robots[index].firmware for index in range(self._simulation.count)]
             codecs = "".join(profile_named(each).codec[0] for each in firmwares).encode()
-            self._answer(HELLO, GREETING.pack(VERSION, self._loop.time(), len(codecs)) + codecs)
+            self._answer(
+                lockstep.HELLO, lockstep.GREETING.pack(lockstep.VERSION, self._loop.time(), len(codecs)) + codecs
+            )
             return
         if not self._has_met:
             raise BrokenRule("something before its hello")
-        if letter not in (OPEN, CLOSE, WRITE, SAY, HEAR):
+        if letter not in (lockstep.OPEN, lockstep.CLOSE, lockstep.WRITE, lockstep.SAY, lockstep.HEAR):
             raise BrokenRule(f"the unknown letter {bytes((letter,))!r}")
-        index = self._one(ROBOT, body[: ROBOT.size])
-        rest = body[ROBOT.size :]
-        if rest and letter not in (WRITE, SAY):
+        index = self._one(lockstep.ROBOT, body[: lockstep.ROBOT.size])
+        rest = body[lockstep.ROBOT.size :]
+        if rest and letter not in (lockstep.WRITE, lockstep.SAY):
             raise BrokenRule(f"a frame {bytes((letter,))!r} that is too long")
-        if letter == OPEN:
+        if letter == lockstep.OPEN:
             self._open(index)
             return
         end = self._ends.get(index)
         if end is None:
             raise BrokenRule(f"something for robot {index + 1}, which is not open")
-        if letter == CLOSE:
+        if letter == lockstep.CLOSE:
             del self._ends[index]
             end.abort()
-        elif letter == WRITE:
+        elif letter == lockstep.WRITE:
             self._write(end, rest)
-        elif letter == SAY:
+        elif letter == lockstep.SAY:
             self._say(index, rest)
         else:
             self._hear(index)
@@ -226,10 +205,10 @@ class Marker:
         try:
             robot.check_link("")
         except LinkNotFound as error:
-            self._answer(OPEN, f"{error.message.removeprefix(': ')}\n{error.hint}".encode())
+            self._answer(lockstep.OPEN, f"{error.message.removeprefix(': ')}\n{error.hint}".encode())
             return
         self._ends[index] = _End(index, robot, self._wake)
-        self._answer(OPEN, b"")
+        self._answer(lockstep.OPEN, b"")
 
     def _write(self, end: _End, data: bytes) -> None:
         if not data or end.unsent + len(data) > MAX_KEPT:
@@ -240,7 +219,7 @@ class Marker:
                     self._requests.update(call.name for call in line.calls)
         if end.is_open:
             end.take(data)
-        self._answer(WRITE, KEPT.pack(end.kept()))
+        self._answer(lockstep.WRITE, lockstep.KEPT.pack(end.kept()))
 
     def _say(self, index: int, message: bytes) -> None:
         world = self._simulation.world
@@ -256,10 +235,10 @@ class Marker:
         robot.link.catch_up()
         robot.hardware.advance(robot.link.now)
         heard = (
-            HEARD.pack(each.distance, each.bearing, each.time, len(each.message)) + each.message
+            lockstep.HEARD.pack(each.distance, each.bearing, each.time, len(each.message)) + each.message
             for each in world.neighbours(index)
         )
-        self._answer(HEAR, b"".join(heard))
+        self._answer(lockstep.HEAR, b"".join(heard))
 
     # -- the time --
 
@@ -276,9 +255,11 @@ class Marker:
             news = self._news()
         now = self._loop.time()
         if now >= self._until:
-            self._answer(GO, PASSED.pack(now, True) + f"the lab's time of {self._until:g} s is over".encode())
+            self._answer(
+                lockstep.GO, lockstep.PASSED.pack(now, True) + f"the lab's time of {self._until:g} s is over".encode()
+            )
             raise RunOver("time", f"it was not done after {self._until:g} s of robot time")
-        self._answer(GO, PASSED.pack(now, False) + news)
+        self._answer(lockstep.GO, lockstep.PASSED.pack(now, False) + news)
 
     def _wake(self) -> None:
         if self._waiter is not None and not self._waiter.done():

@@ -27,53 +27,35 @@ PICTURE_SIZE = 300
 """Pixels of the longer side of a path's picture."""
 MAX_ERROR = 120
 """Characters of an error that a remark shows."""
-SHOWN_OUTPUT = 2_000
-"""Characters of a program's output in a report: the end, with the traceback."""
+SHOWN_OUTPUT = 10_000
+"""Characters of a program's output in a report: the end, with the traceback or the map."""
 
 
 @dataclass(frozen=True, slots=True)
 class MarkedRun:
-    """One submission in one variant.
+    """One submission in one variant."""
 
-    Attributes:
-        variant: Its name.
-        goals: What became of each goal.
-        remark: How it ended, or an empty string if it ended by itself.
-        picture: The robots' paths, SVG.
-    """
-
-    variant: str
-    goals: tuple[GoalResult, ...]
-    remark: str = ""
-    picture: str = ""
+    variant: str  # its name
+    goals: tuple[GoalResult, ...]  # what became of each goal
+    remark: str = ""  # how it ended, or an empty string if it ended by itself
+    picture: str = ""  # the robots' paths, SVG
 
 
 @dataclass(slots=True)
 class Mark:
-    """What a submission is worth.
+    """What a submission is worth."""
 
-    Attributes:
-        name: The submission's.
-        points: The sum over the goals: points times share of the variants in which the goal holds.
-        most: Points that can be reached.
-        goals: In how many variants each goal holds, by its name.
-        runs: Each variant; after a broken rule of the link or an exceeded limit the others are not run.
-        remarks: What the teacher should know, in words.
-        broke: How it broke the rules of the link to its robot, or an empty string; it has no points then.
-        output: The end of what it printed in the last run.
-        machine: The picture of its states, an SVG document; empty if it has none.
-        alike: Other submissions that are much alike, with the share in percent.
-    """
-
-    name: str
-    points: float
-    most: float
-    goals: dict[str, int] = field(default_factory=dict)
+    name: str  # the submission's
+    points: float  # the sum over the goals: points times share of the variants in which the goal holds
+    most: float  # points that can be reached
+    goals: dict[str, int] = field(default_factory=dict)  # in how many variants each goal holds, by its name
+    # each variant; after a broken rule of the link or an exceeded limit the others are not run
     runs: list[MarkedRun] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
-    broke: str = ""
-    output: str = ""
-    machine: str = ""
+    remarks: list[str] = field(default_factory=list)  # what the teacher should know, in words
+    broke: str = ""  # how it broke the rules of the link to its robot, or an empty string; it has no points then
+    output: str = ""  # the end of what it printed in the last run
+    machine: str = ""  # the picture of its states, an SVG document; empty if it has none
+    # other submissions that are much alike, with the share in percent
     alike: dict[str, int] = field(default_factory=dict)
 
 
@@ -86,16 +68,7 @@ def mark_all(
     limits: Limits = LIMITS,
     done: Callable[[Mark], object] = lambda mark: None,
 ) -> list[Mark]:
-    """Mark submissions, each in a process of its own, and return the marks in the same order.
-
-    Args:
-        folder: The lab, with its hidden variants.
-        submissions: What is marked.
-        jobs: How many run at once.
-        safe: Whether they run behind walls.
-        limits: What each may use in a variant.
-        done: Is told each mark as soon as it is known.
-    """
+    """Mark submissions, each in a process of its own, and return the marks in the same order."""
     # A process for each job, because a simulation is busy with computing. A fresh one has no threads and no loop.
     context = multiprocessing.get_context("spawn")
     workers = ProcessPoolExecutor(jobs, context, initializer=_end_with_the_marker)

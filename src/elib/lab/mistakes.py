@@ -23,13 +23,7 @@ def is_mistake(lab: Lab, program: Path) -> bool:
 
 
 def wrong_claim(lab: Lab, text: str, runs: Sequence[Sequence[GoalResult]]) -> str:
-    """Return why a mistake does not fail as its first line says; an empty string if it does, in one variant at least.
-
-    Args:
-        lab: The lab.
-        text: The program.
-        runs: What became of the goals in each variant.
-    """
+    """Return why a mistake fails in no variant as its first line says; an empty string if it does in one."""
     if not runs:
         return "it could not be run"
     claim = CLAIM.fullmatch(text.partition("\n")[0].rstrip())

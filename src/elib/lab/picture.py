@@ -14,12 +14,7 @@ SIZE = 360
 
 
 def draw_lab(lab: Lab) -> str:
-    """Return the picture as SVG.
-
-    Raises:
-        ArgumentError: A picture on the floor cannot be read.
-        SimulationError: There is no room for the robots.
-    """
+    """Return the picture as SVG."""
     variant = lab.variants[0]
     world = World.load(variant.world, robots=variant.robots, seed=variant.seed)
     zones = tuple(lab.zones_of(variant).values())

@@ -14,12 +14,7 @@ from elib.robot.substitute import substituted
 
 
 def main(number: int, file: str) -> None:
-    """Run a file as ``python FILE`` would, on the robots behind a file descriptor.
-
-    Args:
-        number: The file descriptor of the marker's socket.
-        file: Path of the program.
-    """
+    """Run a file as ``python FILE`` would, on the robots behind a file descriptor."""
     random.seed(0)  # noqa: TID251  # the program's own numbers: it has the same marks on every run
     link = link_of(number)
     # Whether the robot stands when the time is over cannot be known, and need not be told.

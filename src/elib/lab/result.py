@@ -22,19 +22,12 @@ MAX_SIZE = 4_000_000
 
 
 class Result(msgspec.Struct, forbid_unknown_fields=True):
-    """A program and what was said of it.
+    """A program and what was said of it."""
 
-    Attributes:
-        lab: The name of the lab.
-        digest: The digest of the lab's files.
-        program: The text of the program.
-        verdicts: By the names of variants and goals, whether the goal holds there.
-    """
-
-    lab: str
+    lab: str  # the name of the lab
     digest: str
-    program: str
-    verdicts: dict[str, dict[str, bool]]
+    program: str  # the text of the program
+    verdicts: dict[str, dict[str, bool]]  # by the names of variants and goals, whether the goal holds there
 
     @contextmanager
     def unpacked(self) -> Iterator[Path]:
@@ -60,11 +53,7 @@ def result_of(lab: Lab, program: str, runs: Sequence[VariantResult]) -> str:
 
 
 def read_result(path: Path) -> Result:
-    """Read such a file.
-
-    Raises:
-        ArgumentError: It is not one.
-    """
+    """Read such a file."""
     try:
         return msgspec.json.decode(read_file(path, "the result", largest=MAX_SIZE), type=Result)
     except msgspec.MsgspecError as error:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Protocol
 
 from elib.base.errors import ElibError, Unsupported
+from elib.base.extras import install
 from elib.base.timebase import SimulatedLoop
 from elib.lab.labfile import Lab, Variant
 from elib.lab.lockstep import LETTER, MAX_MESSAGE
@@ -61,10 +62,14 @@ def run_variant(
         wall: How long it may take by the wall clock, s.
 
     Raises:
-        ElibError: The world or the program could not be started. What the program does raises nothing.
+        ElibError: The world or the program could not be started, or the lab needs an extra that is not installed. What
+            the program does raises nothing.
     """
     if sys.platform == "win32":
         raise Unsupported("a program cannot be checked on Windows", hint="use Linux, macOS, or WSL")
+    if lab.lacks:
+        what = f"programs for the lab {lab.name} need the extra {lab.lacks}, which is not installed here"
+        raise Unsupported(what, hint=install(lab.lacks))
     loop = SimulatedLoop()
     try:
         return loop.run_until_complete(_run(lab, variant, start, wall))
@@ -192,11 +197,6 @@ class _Link:
 
 class PlainProgram:
     """A program of one's own in a process of its own, without isolation: what it prints is shown as it comes.
-
-    Args:
-        program: Path of the file.
-        link: The program's end of the link.
-        shows: Called with each piece that it prints, if that should be seen.
 
     Attributes:
         output: What it printed so far.

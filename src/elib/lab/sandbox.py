@@ -39,25 +39,15 @@ WATCH_EVERY = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a submission may use in one variant.
+    """What a submission may use in one variant."""
 
-    Attributes:
-        cpu: Processor time of all its processes together, s.
-        memory: Memory of all its processes together, bytes.
-        address_space: Address space of each process, bytes; libraries reserve far more than they use.
-        disk: Size of the files in its folder together, and of those in /tmp, bytes.
-        file: Size of one file, bytes.
-        open_files: Files that a process has open.
-        processes: Processes and threads.
-    """
-
-    cpu: int = 10
-    memory: int = 1 << 30
-    address_space: int = 4 << 30
-    disk: int = 64 << 20
-    file: int = 32 << 20
-    open_files: int = 128
-    processes: int = 64
+    cpu: int = 10  # processor time of all its processes together, s
+    memory: int = 1 << 30  # memory of all its processes together, bytes
+    address_space: int = 4 << 30  # address space of each process, bytes; libraries reserve far more than they use
+    disk: int = 64 << 20  # size of the files in its folder together, and of those in /tmp, bytes
+    file: int = 32 << 20  # size of one file, bytes
+    open_files: int = 128  # files that a process has open
+    processes: int = 64  # processes and threads
 
 
 LIMITS = Limits()
@@ -65,14 +55,10 @@ LIMITS = Limits()
 
 
 class Child:
-    """A submission that runs.
-
-    Attributes:
-        exceeded: Which limit it exceeded, in words, or an empty string.
-    """
+    """A submission that runs."""
 
     def __init__(self, process: subprocess.Popen[bytes], task: bytes, limits: Limits, folder: Path | None) -> None:
-        self.exceeded = ""
+        self.exceeded = ""  # which limit it exceeded, in words, or an empty string
         self._process = process
         self._limits = limits
         self._folder = folder
@@ -220,11 +206,7 @@ def start(
 
 
 def check_walls() -> None:
-    """Check that submissions can run behind walls here.
-
-    Raises:
-        Unsupported: bubblewrap is not installed, or the system does not let it work.
-    """
+    """Check that submissions can run behind walls here."""
     unsafe = "with --unsafe they run with your rights: only for programs that you have read"
     if sys.platform != "linux":
         raise Unsupported("submissions can be isolated on Linux only", hint=f"use a virtual machine, or {unsafe}")

@@ -29,12 +29,7 @@ SKIPPED = (tokenize.COMMENT, tokenize.NL, tokenize.ENCODING, tokenize.ENDMARKER)
 
 
 def similar(programs: Mapping[str, str], start: str = "") -> list[tuple[str, str, float]]:
-    """Return the pairs of programs that are much alike, with the share that they have in common; the most alike first.
-
-    Args:
-        programs: Each program's text by its name.
-        start: The program that all began with.
-    """
+    """Return the pairs of programs that are much alike and the share that they have in common, the most alike first."""
     given = fingerprint(start)
     rows = {name: fingerprint(text) - given for name, text in programs.items()}
     if len(rows) >= 10:

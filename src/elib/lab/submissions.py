@@ -19,21 +19,13 @@ MAIN_FILES = ("main.py", "start.py")
 
 @dataclass(frozen=True, slots=True)
 class Submission:
-    """What one student handed in.
+    """What one student handed in."""
 
-    Attributes:
-        name: Its file or folder, as it is called in the folder of all submissions.
-        folder: The folder of all submissions.
-        main: The program among its files.
-        files: The content of its files by their paths within it.
-        problem: Why it cannot be run, or an empty string.
-    """
-
-    name: str
-    folder: Path
-    main: str = ""
-    files: dict[str, bytes] = field(default_factory=dict)
-    problem: str = ""
+    name: str  # its file or folder, as it is called in the folder of all submissions
+    folder: Path  # the folder of all submissions
+    main: str = ""  # the program among its files
+    files: dict[str, bytes] = field(default_factory=dict)  # the content of its files by their paths within it
+    problem: str = ""  # why it cannot be run, or an empty string
 
     @property
     def text(self) -> str:
@@ -47,9 +39,6 @@ def find_submissions(folder: Path) -> list[Submission]:
     """Return the submissions in *folder*: each Python file or result of a check, and each folder with a Python file.
 
     Names that begin with a dot or an underscore are passed over.
-
-    Raises:
-        ArgumentError: *folder* cannot be read, or has no submissions.
     """
     try:
         places = sorted(place for place in folder.iterdir() if place.name[0] not in "._")

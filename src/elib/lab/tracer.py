@@ -84,13 +84,7 @@ def end_by(code: int) -> End:
 
 
 class Tracer:
-    """Notes from now on what all robots of a simulation do, at each tick, on its event loop.
-
-    Args:
-        lab: The lab.
-        variant: One of its variants.
-        simulation: The variant's world.
-    """
+    """Notes from now on what all robots of a simulation do, at each tick, on its event loop."""
 
     def __init__(self, lab: Lab, variant: Variant, simulation: Simulation) -> None:
         assert simulation.world is not None
@@ -143,16 +137,17 @@ class Tracer:
         has_ended: bool = False,
         code: int | None = None,
     ) -> Trace:
-        world = self._world
+        world, scene = self._world, self._world.scene
         return Trace(
-            step=world.scene.step,
+            step=scene.step,
             poses=[[(pose.x, pose.y, pose.heading) for pose in row] for row in self._poses],
             touching=self._touching,
             lit=self._lit,
             speeds=[world.wheel_speeds(robot) for robot in range(world.robots)],
             things=things_of(snapshot),
             zones=self._lab.zones_of(self._variant),
-            stripes=stripes_of(world.scene),
+            stripes=stripes_of(scene),
+            surfaces=[(wall.x1, wall.y1, wall.x2, wall.y2) for wall in (*scene.edge, *scene.surfaces)],
             requests=requests,
             output=output,
             time=time,

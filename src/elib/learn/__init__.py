@@ -9,12 +9,14 @@ from elib.learn.catalogue import all_tasks, find_task, register
 from elib.learn.champion import Champion, load_champion
 from elib.learn.networks import Law, Network, find_controller
 from elib.learn.study import read_study
+from elib.simulator.physics.defects import Defect
 from elib.simulator.physics.episodes import Episodes, Scores
 from elib.simulator.physics.observing import Observation, camera_row, encoders, goal, ground_colours, neighbours
 from elib.simulator.physics.task import Randomisation, Task
 
 __all__ = [
     "Champion",
+    "Defect",
     "Episodes",
     "Law",
     "Network",

@@ -29,6 +29,7 @@ from elib.base.rules import SEED, Delay, Probability, Whole, check
 from elib.learn.champion import Champion
 from elib.learn.executor import Executor, open_executor
 from elib.learn.linked import can_be_measured, play_on_robot, play_on_wire
+from elib.simulator.emulator.faultscript import load as load_script
 from elib.simulator.emulator.firmware import FIRMWARES, WIFI_FIRMWARES
 from elib.simulator.emulator.robotprofile import load_profile
 from elib.simulator.emulator.settings import SimulationSettings
@@ -170,6 +171,7 @@ class TransferPlan:
         jitter: Standard deviation of that delay, s.
         loss: Probability that the poor link loses an answer.
         profiles: Other robots: names of response profiles, and files of robot profiles. None: all response profiles.
+        faults: Fault scripts under which the whole chain is tried too, by name or file.
         sensitivity: Whether to look for what breaks the controller.
         robot: URL of a robot to run on, or None.
         robot_runs: Runs on the robot.
@@ -186,6 +188,7 @@ class TransferPlan:
     jitter: Delay = 0.01
     loss: Probability = 0.02
     profiles: Sequence[str] | None = None
+    faults: Sequence[str] = ()
     sensitivity: bool = True
     robot: str | None = None
     robot_runs: Annotated[int, Whole(1, 1_000)] = 5
@@ -199,6 +202,8 @@ class TransferPlan:
                     hint = f"choose one of {', '.join(PROFILES)}, or a file that elib fit wrote, .toml"
                     raise ArgumentError(f"there is no robot profile {name!r}", hint=hint)
                 load_profile(name)
+        for name in self.faults:
+            load_script(name)
 
 
 def bootstrap(
@@ -336,6 +341,9 @@ class _Transfer:
             elif firmware:
                 about = f"{firmware}, the robot of {name}"
                 yield _Stage(f"profile {Path(name).stem}", about, firmware=firmware, keys={"profile": name})
+        for name in plan.faults if firmware else ():
+            about = f"{firmware}, under the fault script {name}"
+            yield _Stage(f"fault {Path(name).stem}", about, firmware=firmware, keys={"fault": name})
 
     def _run(self, stage: _Stage) -> bool:
         """Run a stage of the report; return whether that is possible."""

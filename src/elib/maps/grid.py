@@ -312,6 +312,27 @@ class Grid:
         grid.x, grid.y, grid.changes = x, y, 1
         return grid
 
+    def to_text(self) -> str:
+        """Return what is known as text: ``#`` is occupied, ``.`` free, ``?`` unknown; the last row has the least y.
+
+        The line before the rows has the side of a square and the middle of the lower left one, m.
+
+        Example:
+            >>> grid = elib.Grid.of_world("maze", cell=0.1)
+            >>> print(grid.to_text()[:32])
+            map 0.1 0.0 0.0
+            ###############
+        """
+        shown = np.select([self.occupied, self.free], ["#", "."], "?")
+        low, high = (
+            ([0, 0], [0, 0])
+            if self.unknown.all()
+            else [find(np.argwhere(~self.unknown), axis=0) for find in (np.min, np.max)]
+        )
+        x, y = self.place(low[0], low[1])
+        rows = shown[low[0] : high[0] + 1, low[1] : high[1] + 1][::-1]
+        return "\n".join([f"map {self.cell:.6g} {x:.6g} {y:.6g}", *map("".join, rows)])
+
     def to_world(self, path: str | os.PathLike[str]) -> None:
         """Write the map as a world of the simulator: occupied squares become boxes.
 

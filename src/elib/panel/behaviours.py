@@ -84,26 +84,20 @@ class RunPhase(enum.Enum):
 class BehaviourRunner:
     """Behaviours on one robot, one at a time.
 
-    Args:
-        slot: The robot's place.
-
     Attributes:
         name: The name of the behaviour that runs, or ran last; empty before the first.
-        phase: Where it is in its life.
         state: What it is doing in its own words, like ``turning``; empty where it does not say.
         error: Why it failed; empty if it did not.
         reason: Why it pauses; empty if it does not.
-        lines: What it said: the time since its start, s, and the text.
-        line_count: How many lines there ever were.
-        is_held: Whether what pauses is a program that a person has stopped, until a person continues it.
     """
 
     def __init__(self, slot: Host) -> None:
         self.name = self.state = self.error = self.reason = ""
-        self.phase = RunPhase.IDLE
+        self.phase = RunPhase.IDLE  # where it is in its life
+        # what it said: the time since its start, s, and the text
         self.lines: deque[tuple[float, str]] = deque(maxlen=KEPT)
-        self.line_count = 0
-        self.is_held = False
+        self.line_count = 0  # how many lines there ever were
+        self.is_held = False  # whether what pauses is a program that a person has stopped, until a person continues it
         self._slot = slot
         self._loop = asyncio.get_running_loop()
         self._task: asyncio.Task[None] | None = None

@@ -110,28 +110,22 @@ class DriveLock:
         stop: Stops the robot, past all that waits.
 
     Attributes:
-        state: Who drives.
-        wheels: What is known of the wheels.
-        driver: The page that drives; empty while no page does.
-        limit: Highest speed of a wheel, as a share of what the robot can do, 0..1.
-        fastest: Highest speed of a wheel of this robot, rev/s.
-        trouble: Why the last command was not confirmed; empty if it was.
         stop_count: How often stop was pressed.
         move_count: How often the robot was sent what makes it move.
-        on_hand: Called with ``steer`` when a person moves the stick, and with ``stop`` when a person stops the robot: a
-            program that drives the robot then has to pause, or to end.
     """
 
     def __init__(
         self, drive: Callable[[float, float], Awaitable[object]], stop: Callable[[], Awaitable[object]]
     ) -> None:
-        self.state = LockState.FREE
-        self.wheels = WheelState.STANDING
-        self.driver = ""
-        self.limit = 0.5
-        self.fastest = 1.0
-        self.trouble = ""
+        self.state = LockState.FREE  # who drives
+        self.wheels = WheelState.STANDING  # what is known of the wheels
+        self.driver = ""  # the page that drives; empty while no page does
+        self.limit = 0.5  # highest speed of a wheel, as a share of what the robot can do, 0..1
+        self.fastest = 1.0  # highest speed of a wheel of this robot, rev/s
+        self.trouble = ""  # why the last command was not confirmed; empty if it was
         self.stop_count = self.move_count = 0
+        # called with `steer` when a person moves the stick, and with `stop` when a person stops the robot: a program
+        # that drives the robot then has to pause, or to end
         self.on_hand: Callable[[str], object] = lambda _: None
         self._drive, self._stop = drive, stop
         self._loop = asyncio.get_running_loop()

@@ -40,16 +40,11 @@ class Line(Struct, frozen=True, rename={"is_bad": "bad"}):
 
 
 class EventLog:
-    """The newest lines.
-
-    Attributes:
-        lines: The newest ones, oldest first.
-        count: How many there ever were.
-    """
+    """The newest lines."""
 
     def __init__(self) -> None:
-        self.lines: deque[Line] = deque(maxlen=KEPT)
-        self.count = 0
+        self.lines: deque[Line] = deque(maxlen=KEPT)  # the newest ones, oldest first
+        self.count = 0  # how many there ever were
         self._loop = asyncio.get_running_loop()
         self._spoken = -math.inf
 

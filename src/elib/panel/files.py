@@ -8,7 +8,7 @@ from pathlib import Path
 
 from elib.base.errors import ArgumentError
 
-LOG, RECORDING, WORLD = ".log", ".mcap", ".toml"
+LOG, RECORDING, WORLD, MAP = ".log", ".mcap", ".toml", ".png"
 MAX_NAME = 80
 """Characters of a name; file systems take 255 bytes, and four bytes make a character at most."""
 DEVICES = frozenset(
@@ -20,14 +20,7 @@ FORBIDDEN = frozenset('/\\:*?"<>|%$~`')
 
 
 class Folder:
-    """The one folder that a page may name files in.
-
-    Args:
-        path: The folder; it must exist.
-
-    Raises:
-        ArgumentError: The path is not a folder.
-    """
+    """The one folder that a page may name files in."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path).resolve()

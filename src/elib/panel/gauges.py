@@ -16,27 +16,16 @@ from elib.robot.snapshot import SENSORS
 
 
 class Instrument(Struct, frozen=True):
-    """One reading, as a person sees it.
-
-    Attributes:
-        name: Name of the reading.
-        title: Title for a person.
-        labels: Names of its values, in order.
-        units: Units of its values, in order.
-        low: Value of an empty gauge, or None where there is no natural one.
-        high: Value of a full gauge, or None.
-        physical_unit: Unit of :func:`physical`; empty where the readings have no such values.
-        absent: Why the firmware does not have the reading; empty if it has.
-    """
+    """One reading, as a person sees it."""
 
     name: str
-    title: str
-    labels: tuple[str, ...]
-    units: tuple[str, ...]
-    low: float | None = None
-    high: float | None = None
-    physical_unit: str = ""
-    absent: str = ""
+    title: str  # title for a person
+    labels: tuple[str, ...]  # names of its values, in order
+    units: tuple[str, ...]  # units of its values, in order
+    low: float | None = None  # value of an empty gauge, or None where there is no natural one
+    high: float | None = None  # value of a full gauge, or None
+    physical_unit: str = ""  # unit of physical; empty where the readings have no such values
+    absent: str = ""  # why the firmware does not have the reading; empty if it has
 
 
 def words(instrument: Instrument, reading: object) -> tuple[tuple[str, str, str], ...]:

@@ -43,19 +43,11 @@ class Passage(enum.Enum):
 
 
 class Interlock(ForwardingChannel):
-    """The channel to the robot that a behaviour uses.
-
-    Args:
-        channel: The panel's own channel.
-        drive: The drive lock, which is told when the behaviour moves the wheels.
-
-    Attributes:
-        passage: What passes.
-    """
+    """The channel to the robot that a behaviour uses."""
 
     def __init__(self, channel: Channel, drive: DriveLock) -> None:
         self.hooks = Hooks()
-        self.passage = Passage.OPEN
+        self.passage = Passage.OPEN  # what passes
         self._session = channel
         self._drive = drive
         self._speed: Request[Any] | None = None

@@ -10,13 +10,12 @@ class RunningMachine:
 
     Attributes:
         program: The text of the program that holds its states; empty without a machine.
-        count: How many machines have begun.
         state: The state that it is in, or was in last.
         previous_state: The state before.
     """
 
     def __init__(self) -> None:
-        self.count = 0
+        self.count = 0  # how many machines have begun
         self.forget()
 
     def forget(self) -> None:

@@ -80,18 +80,13 @@ class Reachable(Struct, frozen=True):
 
 
 class Listed(Struct, frozen=True):
-    """A robot of the panel: its key, its name as a tab shows it, and its URL.
-
-    Attributes:
-        world: The key of its world; empty where it has none that can be looked at.
-        index: Its index in that world.
-    """
+    """A robot of the panel: its key, its name as a tab shows it, and its URL."""
 
     key: str
     label: str
     url: str
-    world: str = ""
-    index: int | None = None
+    world: str = ""  # the key of its world; empty where it has none that can be looked at
+    index: int | None = None  # its index in that world
 
 
 class FileList(Struct):
@@ -120,21 +115,14 @@ class StudyAbout(Struct):
 
 
 class StudyState(Struct):
-    """How far a study is.
+    """How far a study is."""
 
-    Attributes:
-        bests: The best controllers so far: the generation, counted from 1, and the fitness of each.
-        left: s until its end, if it goes on as it did.
-        outcome: How it ended; empty while it goes on.
-        chosen: Which of the best is to drive; None for the newest at any time.
-        shown: The generation of the one that drives; None if none does.
-    """
-
+    # the best controllers so far: the generation, counted from 1, and the fitness of each
     bests: list[tuple[int, float]]
-    left: float
-    outcome: str
-    chosen: int | None
-    shown: int | None
+    left: float  # s until its end, if it goes on as it did
+    outcome: str  # how it ended; empty while it goes on
+    chosen: int | None  # which of the best is to drive; None for the newest at any time
+    shown: int | None  # the generation of the one that drives; None if none does
 
 
 class Study(Protocol):
@@ -154,21 +142,7 @@ class Study(Protocol):
 
 
 class Panel:
-    """The robots of one panel.
-
-    Attributes:
-        is_shared: Whether other computers reach it. Then a page may not name files of this computer.
-        can: What its pages can do.
-        worlds: Controls of simulations that are shown beside those of the robots, by any keys that no robot has. They
-            may change.
-        reachable: How programs open the robots of these worlds.
-        study: The study to which the pages belong, if they belong to one.
-        folder: Where logs, recordings and pictures go; the current folder if None.
-        recents: The robots that were used before; those of this user if None.
-        is_ending: Whether the program ends. Then pages are still told what happens, but what they ask for is not done.
-        on_empty: Called when the last page was closed.
-        on_visit: Called when a page was opened.
-    """
+    """The robots of one panel."""
 
     def __init__(
         self,
@@ -181,16 +155,21 @@ class Panel:
         folder: Path | None = None,
         recents: RecentRobots | None = None,
     ) -> None:
-        self.is_shared = is_shared
-        self.can = can
+        self.is_shared = is_shared  # whether other computers reach it. Then a page may not name files of this computer.
+        self.can = can  # what its pages can do
+        # controls of simulations that are shown beside those of the robots, by any keys that no robot has. They may
+        # change.
         self.worlds = dict(worlds or {})
-        self.reachable = [Reachable(*each) for each in reachable]
-        self.study = study
+        self.reachable = [Reachable(*each) for each in reachable]  # how programs open the robots of these worlds
+        self.study = study  # the study to which the pages belong, if they belong to one
+        # where logs, recordings and pictures go; the current folder if None
         self.folder = Folder(Path.cwd() if folder is None else folder)
+        # the robots that were used before; those of this user if None
         self.recents = RecentRobots() if recents is None else recents
+        # whether the program ends. Then pages are still told what happens, but what they ask for is not done.
         self.is_ending = False
-        self.on_empty: Callable[[], object] = lambda: None
-        self.on_visit: Callable[[], object] = lambda: None
+        self.on_empty: Callable[[], object] = lambda: None  # called when the last page was closed
+        self.on_visit: Callable[[], object] = lambda: None  # called when a page was opened
         self._slots: dict[str, Slot] = {}
         self._asked: dict[str, str] = {}
         self._parting: set[Slot] = set()
@@ -225,16 +204,7 @@ class Panel:
         return self.worlds.get(key) if slot is None else slot.control
 
     def add(self, url: object, name: object = "", *, is_trusted: bool = False) -> str:
-        """Make a place for a robot, not yet connected, and return its key.
-
-        Args:
-            url: What will be opened.
-            name: Its name; its URL if empty.
-            is_trusted: Whether it comes from the command line, not from a page.
-
-        Raises:
-            ArgumentError: The URL or the name is wrong, or the panel is full.
-        """
+        """Make a place for a robot, not yet connected, and return its key."""
         if len(self._slots) >= MAX_ROBOTS:
             raise ArgumentError(f"the panel has {MAX_ROBOTS} robots, and room for no more")
         slot = Slot(self._url(url, is_trusted), name=_line("the name", name, MAX_NAME), key=str(self._number + 1))

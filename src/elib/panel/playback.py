@@ -48,40 +48,29 @@ AT_ONCE = 500
 class Playback:
     """A recording, from its beginning to its end.
 
-    Args:
-        url: ``replay://FILE``.
-
     Attributes:
-        recording: The recording.
         at: How far it has been played, s from its beginning.
         length: How long it is, s; 0 until that is known.
-        is_paused: Whether it is held.
-        context: The firmware of the robot, and its LEDs and camera as they were set.
-        on_reading: Called with the name and the value of each reading and picture, on the clock of the event loop.
-        on_pose: Called with each pose of the robot.
-        on_line: Called with kind, text and whether it is bad, for each line of the event log.
-        on_program: Called with each line and each machine of states that began, as a link tells of them.
-        on_entry: Called with each message as it was recorded, and its time on the clock of the event loop.
-
-    Raises:
-        ArgumentError: There is no such file, or it is not a recording.
-        SimulationError: The running event loop cannot run at the speed asked for.
-        Unsupported: The package mcap is not installed.
     """
 
     def __init__(self, url: Url) -> None:
         require_speed(speed_of(url))
         self.recording = Recording(Path(url.target))
+        # the firmware of the robot, and its LEDs and camera as they were set
         self.context = Context(profile_named(self.recording.about.get("firmware", "")))
+        # called with the name and the value of each reading and picture, on the clock of the event loop
         self.on_reading: Callable[[str, v.Reading | Image], object] = lambda name, value: None
-        self.on_pose: Callable[[Pose], object] = lambda pose: None
+        self.on_pose: Callable[[Pose], object] = lambda pose: None  # called with each pose of the robot
+        # called with kind, text and whether it is bad, for each line of the event log
         self.on_line: Callable[[str, str, bool], object] = lambda kind, text, is_bad: None
+        # called with each line and each machine of states that began, as a link tells of them
         self.on_program: Callable[[Noted | MachineBegan], object] = lambda event: None
+        # called with each message as it was recorded, and its time on the clock of the event loop
         self.on_entry: Callable[[Entry, float], object] = lambda entry, now: None
         self._calls: dict[int, tuple[str, tuple[int, ...]]] = {}
         self._is_measured = False
         self.at = self.length = 0.0
-        self.is_paused = False
+        self.is_paused = False  # whether it is held
         self._woken, self._sought = asyncio.Event(), asyncio.Event()
 
     async def play(self) -> None:

@@ -44,11 +44,7 @@ class _Kept(Struct):
 
 
 class RecentRobots:
-    """The URLs of robots, the newest first. Nothing here fails: a file that cannot be read or written is empty.
-
-    Attributes:
-        path: The file; in the user's state folder unless given.
-    """
+    """The URLs of robots, the newest first. Nothing here fails: a file that cannot be read or written is empty."""
 
     def __init__(self, path: str | Path | None = None) -> None:
         if path is None:
@@ -56,7 +52,7 @@ class RecentRobots:
                 path = state_folder() / FILE
             except RuntimeError:  # a user without a home
                 path = Path(tempfile.gettempdir()) / FILE
-        self.path = Path(path)
+        self.path = Path(path)  # the file; in the user's state folder unless given
 
     @property
     def urls(self) -> list[str]:

@@ -15,24 +15,13 @@ GetRobot = Callable[[], Epuck | None]
 
 
 class Writing(Generic[T]):
-    """What is written of one robot into one file.
-
-    Args:
-        words: What it is, for the event log.
-        robot: Returns the robot, or None before it is connected.
-        open_file: Begins to write a robot into the file of a path.
-        note: Called with a text, and whether it went wrong.
-
-    Attributes:
-        file: What is being written, or None.
-        armed: The path of a file that begins as soon as the robot is connected; empty if there is none.
-    """
+    """What is written of one robot into one file."""
 
     def __init__(
         self, words: str, robot: GetRobot, open_file: Callable[[Epuck, str], T], note: Callable[[str, bool], object]
     ) -> None:
-        self.file: T | None = None
-        self.armed = ""
+        self.file: T | None = None  # what is being written, or None
+        self.armed = ""  # the path of a file that begins as soon as the robot is connected; empty if there is none
         self._open: Callable[[Epuck, str], T] = open_file
         self._words, self._robot, self._note = words, robot, note
 
@@ -76,19 +65,12 @@ class Writing(Generic[T]):
 
 
 class Records:
-    """What is written of one robot.
-
-    Args:
-        robot: Returns the robot, or None before it is connected.
-        note: Called with a text, and whether it went wrong.
-
-    Attributes:
-        log: A line for each call, appended to a file.
-        recording: Everything, in a new file.
-    """
+    """What is written of one robot."""
 
     def __init__(self, robot: GetRobot, note: Callable[[str, bool], object]) -> None:
+        # a line for each call, appended to a file
         self.log = Writing[Log]("log", robot, lambda robot, path: robot.log(path), note)
+        # everything, in a new file
         self.recording = Writing[Recorder]("recording", robot, lambda robot, path: robot.record(path), note)
 
     @property

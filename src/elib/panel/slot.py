@@ -30,7 +30,7 @@ from elib.panel.events import EventLog
 from elib.panel.machine import RunningMachine
 from elib.panel.playback import Playback
 from elib.panel.records import Records
-from elib.panel.watching import ReadingsWatcher, place_of, virtual
+from elib.panel.watching import ReadingsWatcher, virtual
 from elib.records.messages import readings_in
 from elib.robot.actions import catalogue
 from elib.robot.aio import Epuck
@@ -65,41 +65,29 @@ class Phase(enum.Enum):
 
 
 class Slot:
-    """A robot's place in the panel. It outlives its connections.
-
-    Attributes:
-        url: URL that will be opened.
-        name: Name of the robot; the URL unless given.
-        key: Its key in the panel.
-        phase: How the robot is connected.
-        error: Why it is not connected, after a failure.
-        diagnosis: What the doctor found after a failure, or None.
-        drive: The drive lock: who drives, and how.
-        records: The log and the recording that are written of it.
-        edition: A number that changes when firmware, lamps, instruments or world may have changed.
-        runner: Runs behaviours on this robot.
-        log: The event log.
-        watcher: The newest readings, and where the robot was.
-    """
+    """A robot's place in the panel. It outlives its connections."""
 
     def __init__(self, url: str, *, name: str = "", key: str = "") -> None:
         parse_url(url)
-        self.url = url
+        self.url = url  # URL that will be opened
         self.name = name or url
-        self.key = key
-        self.phase = Phase.DISCONNECTED
-        self.error: ElibError | None = None
-        self.diagnosis: Diagnosis | None = None
-        self.edition = 0
+        self.key = key  # its key in the panel
+        self.phase = Phase.DISCONNECTED  # how the robot is connected
+        self.error: ElibError | None = None  # why it is not connected, after a failure
+        self.diagnosis: Diagnosis | None = None  # what the doctor found after a failure, or None
+        self.edition = 0  # a number that changes when firmware, lamps, instruments or world may have changed
         self._loop = asyncio.get_running_loop()
-        self.log = EventLog()
+        self.log = EventLog()  # the event log
         self.machine = RunningMachine()
+        # the log and the recording that are written of it
         self.records = Records(lambda: self._robot, lambda text, is_bad: self.note(text, kind="panel", is_bad=is_bad))
+        # the newest readings, and where the robot was
         self.watcher = ReadingsWatcher(lambda text: self.log.note("link", text, is_bad=True), self._lost)
         self._parting: asyncio.Task[None] | None = None
+        # the drive lock: who drives, and how
         self.drive = DriveLock(lambda *speeds: lifecycle.drive(self.robot, *speeds), lambda: lifecycle.stop(self.robot))
         self.drive.detach()
-        self.runner = BehaviourRunner(self)
+        self.runner = BehaviourRunner(self)  # runs behaviours on this robot
         self._robot: Epuck | None = None
         self._playback: Playback | None = None
         self._watched: Epuck | None = None
@@ -284,7 +272,7 @@ class Slot:
             for name, reading in readings_in(event.request.name, event.value):
                 # The program may have a clock of its own.
                 self.watcher.note(name, dataclasses.replace(reading, time=self.now))
-            self.watcher.put(place_of(self._watched))
+            self.watcher.place(self._watched)
 
     def disconnect(self) -> asyncio.Future[None]:
         """Stop the robot and free its port; also while it is being connected. Safe to repeat.
@@ -382,11 +370,7 @@ class Slot:
         """Send one command of the table and return its answer.
 
         A command that may move the robot has the same dead man's switch as the stick: *page* drives from then on, and
-        has to call ``drive.beat(page)`` every tenth of a second.
-
-        Raises:
-            ArgumentError: There is no such command, an argument is wrong, or another page drives; nothing was sent.
-            ElibError: The robot did not carry it out, or did not confirm it.
+        has to call ``drive.beat(page)`` every tenth of a second. After an ArgumentError nothing was sent.
         """
         robot = self.robot
         if name not in catalogue():

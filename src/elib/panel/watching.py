@@ -7,7 +7,7 @@ import math
 from collections import deque
 from collections.abc import Callable
 
-from elib.base.errors import ElibError
+from elib.base.errors import ArgumentError, ElibError
 from elib.base.infrared import wall_distance
 from elib.base.pose import Pose
 from elib.base.rules import Number
@@ -15,6 +15,7 @@ from elib.base.tasks import end_tasks
 from elib.behaviours import OpenAir
 from elib.link.protocol.image import Image
 from elib.link.protocol.values import Proximity, Reading
+from elib.maps.grid import Grid
 from elib.robot.aio import Epuck
 from elib.robot.snapshot import IMAGE
 from elib.simulator.emulator.sim_transport import SimTransport
@@ -31,6 +32,8 @@ QUICKEST, SLOWEST = 0.4, 60.0
 """s between two live pictures."""
 KEPT = 5000
 """Points of the trail."""
+MAX_MISSED = 100
+"""Readings that may come onto the map between two looks of a page that is then told only what changed: 10 s."""
 AGAIN = 0.5
 """s until a watch that failed begins again."""
 
@@ -38,31 +41,27 @@ AGAIN = 0.5
 class ReadingsWatcher:
     """The readings of one robot, over all its connections.
 
-    Args:
-        complain: Called with what went wrong while watching.
-        on_lost: Called with the reason when the link is gone for good.
-
     Attributes:
-        readings: The newest reading of each kind, by name, with its own time.
-        trail: Where the robot was by its odometry, or in its world, oldest first.
         trail_count: Number of points that the trail ever had.
         trail_began: That number when the robot was last connected: earlier points are of another journey.
-        rate: Snapshots of all sensors a second.
-        pictures: Seconds between two live pictures; None if there are none.
     """
 
     def __init__(self, complain: Callable[[str], object], on_lost: Callable[[ElibError], object]) -> None:
-        self.readings: dict[str, Reading | Image] = {}
+        self.readings: dict[str, Reading | Image] = {}  # the newest reading of each kind, by name, with its own time
+        # where the robot was by its odometry, or in its world, oldest first
         self.trail: deque[Pose] = deque(maxlen=KEPT)
         self.trail_count = self.trail_began = 0
+        self.map = Grid()  # what its infrared sensors have met; nothing of a robot simulated here, whose world is seen
+        self.mapped = deque[Pose](maxlen=MAX_MISSED)  # the poses at which that was last added to, oldest first
         self._complain, self._on_lost = complain, on_lost
         self._loop = asyncio.get_running_loop()
         self._tasks: dict[str, asyncio.Task[None]] = {}
-        self.rate = RATE
-        self.pictures: float | None = None
+        self.rate = RATE  # snapshots of all sensors a second
+        self.pictures: float | None = None  # seconds between two live pictures; None if there are none
         self._robot: Epuck | None = None
         self._rests = False
         self._open_air, self._near = OpenAir(), Proximity()
+        self._has_news = False
 
     @property
     def distances(self) -> list[float]:
@@ -92,6 +91,7 @@ class ReadingsWatcher:
         self.readings[name] = reading
         if isinstance(reading, Proximity):
             self._near = self._open_air(reading)
+            self._has_news = True
 
     def begin(self, robot: Epuck) -> None:
         """Watch *robot*; its trail begins again."""
@@ -116,8 +116,9 @@ class ReadingsWatcher:
         self.watch_camera(self.pictures)
 
     def forget(self) -> None:
-        """Forget the readings and the trail."""
+        """Forget the readings, the trail and the map."""
         self.readings.clear()
+        self.map = Grid()
         self._open_air, self._near = OpenAir(), Proximity()
         self.trail.clear()
         self.trail_began = self.trail_count
@@ -134,8 +135,25 @@ class ReadingsWatcher:
         self.pictures = seconds
         self._follow(IMAGE, None if seconds is None else 1 / seconds)
 
+    def place(self, robot: Epuck) -> None:
+        """Take a robot to be where it is: in its world if it is simulated here, otherwise by its odometry."""
+        transport = virtual(robot)
+        if transport is not None and transport.simulation.world is not None:
+            self._has_news = False
+            self.put(transport.simulation.world.pose(transport.robot.index))
+        else:
+            self.put(robot.odometry_pose)
+
     def put(self, pose: Pose) -> None:
-        """Add a point to the trail if the robot has moved."""
+        """Add a point to the trail if the robot has moved, and to the map what it sees there, if that is new."""
+        if self._has_news:
+            self._has_news = False
+            try:
+                self.map.add(pose, self.distances)
+                self.mapped.append(pose)
+            except ArgumentError as error:  # the robot is too far away
+                self._complain(f"the map begins again: {error.message}")
+                self.map = Grid()
         if not self.trail or (pose.x, pose.y) != (self.trail[-1].x, self.trail[-1].y):
             self.trail.append(pose)
             self.trail_count += 1
@@ -158,7 +176,7 @@ class ReadingsWatcher:
                     async for snapshot in snapshots:
                         for name, reading in snapshot.readings.items():
                             self.note(name, reading)
-                        self.put(place_of(robot))
+                        self.place(robot)
                 return
             except ElibError as error:
                 if robot.session.error is not None:
@@ -172,11 +190,3 @@ def virtual(robot: Epuck | None) -> SimTransport | None:
     """Return the transport of a robot that is simulated in this program; None for any other."""
     transport = None if robot is None else robot.session.transport
     return transport if isinstance(transport, SimTransport) else None
-
-
-def place_of(robot: Epuck) -> Pose:
-    """Return where a robot is: in its world if it is simulated here, otherwise by its odometry."""
-    transport = virtual(robot)
-    if transport is not None and transport.simulation.world is not None:
-        return transport.simulation.world.pose(transport.robot.index)
-    return robot.odometry_pose

@@ -38,10 +38,6 @@ class Background(Generic[Item]):
         most: Number of items that may wait; more are dropped and counted.
         many: Number of items that are delivered at once, without gathering more.
         gathered: s of real time for which items are gathered.
-
-    Attributes:
-        name: The name of what is written.
-        error: The first error, or None; nothing is delivered after it.
     """
 
     def __init__(
@@ -54,8 +50,8 @@ class Background(Generic[Item]):
         many: int,
         gathered: float = GATHERED,
     ) -> None:
-        self.name = name
-        self.error: BaseException | None = None
+        self.name = name  # the name of what is written
+        self.error: BaseException | None = None  # the first error, or None; nothing is delivered after it
         self._deliver, self._finish = deliver, finish
         self._most, self._many, self._gathered = most, many, gathered
         self._items: deque[Item] = deque()

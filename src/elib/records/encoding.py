@@ -55,11 +55,7 @@ def numbers_in(data: Mapping[str, object], skipped: Collection[str] | None = Non
 
 
 def picture_data(picture: Image) -> PictureData:
-    """Return the data of ``/pictures``.
-
-    Raises:
-        Unsupported: elib cannot decode this pixel format.
-    """
+    """Return the data of ``/pictures``."""
     pixels = picture.pixels
     channels = pixels.shape[2] if pixels.ndim == 3 else 1
     return PictureData(

@@ -23,19 +23,12 @@ NO_FOLDERS = (".csv", ".parquet", ".txt", ".tsv", ".json", ".jsonl", ".xlsx", ".
 
 @dataclass(slots=True)
 class Exported:
-    """What was written.
+    """What was written."""
 
-    Attributes:
-        rows: Number of rows by file.
-        pictures: Number of pictures, which are not in the tables.
-        misfits: Number of readings that were left out.
-        healths: State of each part of the recording.
-    """
-
-    rows: Counter[Path] = field(default_factory=Counter)
-    pictures: int = 0
-    misfits: int = 0
-    healths: list[Health] = field(default_factory=list)
+    rows: Counter[Path] = field(default_factory=Counter)  # number of rows by file
+    pictures: int = 0  # number of pictures, which are not in the tables
+    misfits: int = 0  # number of readings that were left out
+    healths: list[Health] = field(default_factory=list)  # state of each part of the recording
 
     @property
     def damaged(self) -> int:
@@ -59,10 +52,6 @@ def export(
         format_name: ``csv`` or ``parquet``.
         tables: Which tables; all that have rows if none are given.
         replace: Replace files that exist.
-
-    Raises:
-        ArgumentError: A file exists, several tables were to go into one file, or there are no such tables.
-        ElibError: The disk is full.
     """
     ending = f".{format_name}"
     is_file = target.suffix.lower() == ending

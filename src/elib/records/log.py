@@ -10,24 +10,13 @@
 
 from __future__ import annotations
 
-from types import TracebackType
 from typing import Literal, Self, get_args
 from urllib.parse import quote
 
 from elib.base.errors import ElibError
 from elib.base.rules import Choice
-from elib.link.session import (
-    Called,
-    Disconnected,
-    Ended,
-    Ending,
-    Greeted,
-    Noted,
-    Reconnected,
-    ResetNoticed,
-    Robot,
-    TraceEvent,
-)
+from elib.link import session
+from elib.link.session import Robot
 from elib.records.lognames import name_of_2011
 from elib.records.writer import LineWriter, Target
 
@@ -128,9 +117,7 @@ class Log:
         self.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def __repr__(self) -> str:
@@ -149,16 +136,16 @@ class Log:
         self._is_running = False
         self._channel.hooks.remove(self._note)
 
-    def _note(self, time: float, event: TraceEvent) -> None:
+    def _note(self, time: float, event: session.TraceEvent) -> None:
         """Log one event of the session; called in the event loop."""
-        if isinstance(event, Ending) and self._channel.error is not None:
+        if isinstance(event, session.Ending) and self._channel.error is not None:
             self._leave()
             self._writer.end(ROBOT_CLOSING_TIME)
         elif self._is_running:
             match event:
-                case Called(request=request):
+                case session.Called(request=request):
                     self._write(time, "call", request.name)
-                case Ended(request=request, error=error):
+                case session.Ended(request=request, error=error):
                     self._write(time, "ok" if error is None else "ko", request.name)
                 case _:
                     if remark := _remark_on(event):
@@ -174,11 +161,7 @@ class Log:
 
 
 def check_names(names: str) -> None:
-    """Check that there is such a vocabulary.
-
-    Raises:
-        ArgumentError: There is no such vocabulary.
-    """
+    """Check that there is such a vocabulary."""
     Choice(get_args(Vocabulary)).require(names, "names")
 
 
@@ -195,16 +178,16 @@ def escaped(name: str) -> str:
     return "".join(each if each.isprintable() and each not in " %" else quote(each, errors="replace") for each in name)
 
 
-def _remark_on(event: TraceEvent) -> str:
+def _remark_on(event: session.TraceEvent) -> str:
     """Return a comment on an event that is not a call; empty if the event needs none."""
     match event:
-        case Disconnected(error=error):
+        case session.Disconnected(error=error):
             return f"the link is down: {error.message}"
-        case Reconnected(gap=gap):
+        case session.Reconnected(gap=gap):
             return f"the link is back after {gap:.3f} s"
-        case Greeted() | ResetNoticed(sign="encoders"):  # the other sign is a greeting, which has its own event
+        case session.Greeted() | session.ResetNoticed(sign="encoders"):  # the other sign is a greeting
             return "the robot has restarted unasked"
-        case Noted(text=text, kind="state"):
+        case session.Noted(text=text, kind="state"):
             return f"state: {text}"
         case _:
             return ""

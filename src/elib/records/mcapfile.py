@@ -24,11 +24,7 @@ from elib.records.topics import ABOUT, WORLD_FILE
 
 
 def check_mcap() -> None:
-    """Check that recordings can be read and written here.
-
-    Raises:
-        Unsupported: The package mcap is not installed.
-    """
+    """Check that recordings can be read and written here."""
     if importlib.util.find_spec("mcap") is None:
         raise Unsupported("recordings need the package mcap, which is not installed", hint=install("record"))
 
@@ -51,10 +47,6 @@ class McapFile(McapWriter):
         began: Robot time at which the file begins, s: the file's own clock shows *wall* then.
         wall: The date and time of that moment.
         scene: The simulated world as TOML, if there is one.
-
-    Raises:
-        ArgumentError: A file of this name exists.
-        OSError: The file cannot be opened.
     """
 
     def __init__(

@@ -26,31 +26,18 @@ MAX_RECORD = MAX_CHUNK + (1 << 16)
 
 @dataclass(slots=True)
 class Health:
-    """The state of a file.
+    """The state of a file."""
 
-    Attributes:
-        is_complete: Whether the file was closed properly, with its index.
-        damaged: Number of chunks and messages that could not be read.
-        messages: Number of messages that could be read.
-        ends_at: Number of bytes of the file that could be read.
-    """
-
-    is_complete: bool = False
-    damaged: int = 0
-    messages: int = 0
-    ends_at: int = 0
+    is_complete: bool = False  # whether the file was closed properly, with its index
+    damaged: int = 0  # number of chunks and messages that could not be read
+    messages: int = 0  # number of messages that could be read
+    ends_at: int = 0  # number of bytes of the file that could be read
 
 
 def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iterator[McapRecord]:
     """Yield the records of an MCAP file, also those inside chunks, as far as they are whole.
 
-    Args:
-        path: Path of the file.
-        health: The state of the file is noted here.
-        only_header: Stop at the first chunk.
-
-    Raises:
-        ArgumentError: The file cannot be read, or is not an MCAP file.
+    The state of the file is noted in *health*. With *only_header* it stops at the first chunk.
     """
     from mcap.exceptions import McapError
     from mcap.records import Chunk, Message

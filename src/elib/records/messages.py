@@ -14,64 +14,14 @@ import msgspec
 from elib.base.errors import LinkClosed, Unsupported
 from elib.base.pictures import base64_of
 from elib.base.pose import Pose
+from elib.link import session
 from elib.link.protocol.image import Image
 from elib.link.protocol.table import Request
 from elib.link.protocol.values import Distance, Proximity, Reading, Sensors
-from elib.link.session import (
-    Called,
-    Disconnected,
-    Ended,
-    Ending,
-    Greeted,
-    MachineBegan,
-    Noted,
-    Pushed,
-    Received,
-    Reconnected,
-    ResetNoticed,
-    Resynced,
-    SessionOpened,
-    TraceEvent,
-    Wrote,
-)
 from elib.link.session.statistics import LinkStats
+from elib.records import topics
 from elib.records.encoding import fields_of, picture_data
 from elib.records.ranges import ROBOT, distance_points, infrared_points
-from elib.records.topics import (
-    AHEAD,
-    BYTES,
-    CALLS,
-    INFRARED,
-    LINK,
-    MEASURED,
-    NOTES,
-    ODOMETRY,
-    OUTCOMES,
-    PICTURES,
-    PROGRAM,
-    READINGS,
-    SCENE,
-    TRANSFORM,
-    WORLD,
-    BytesData,
-    CallData,
-    Data,
-    FoxgloveData,
-    LinkData,
-    NoteData,
-    OutcomeData,
-    Placement,
-    PoseData,
-    ProgramData,
-    Quaternion,
-    SceneData,
-    Schema,
-    Stamp,
-    Topic,
-    TransformData,
-    Vector3,
-    WorldData,
-)
 
 _JSON = msgspec.json.Encoder()
 INFORMATION, WARNING, ERROR = 2, 3, 4
@@ -80,53 +30,36 @@ INFORMATION, WARNING, ERROR = 2, 3, 4
 
 @dataclass(frozen=True, slots=True)
 class Located:
-    """A pose of the robot.
+    """A pose of the robot."""
 
-    Attributes:
-        pose: The pose, with its time.
-        is_measured: Whether it was measured from outside; otherwise it comes from the step counters.
-        moves_frame: Whether the robot's own frame, in which its ranges are, goes with this pose.
-    """
-
-    pose: Pose
-    is_measured: bool
-    moves_frame: bool = False
+    pose: Pose  # the pose, with its time
+    is_measured: bool  # whether it was measured from outside; otherwise it comes from the step counters
+    moves_frame: bool = False  # whether the robot's own frame, in which its ranges are, goes with this pose
 
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """The state of a simulated world.
+    """The state of a simulated world."""
 
-    Attributes:
-        state: The fields of :class:`~elib.records.topics.WorldData`, without its time.
-        scene: The world as TOML if boxes or walls were added, moved or removed since the last one; otherwise empty.
-    """
-
-    state: Mapping[str, Any]
+    state: Mapping[str, Any]  # the fields of WorldData, without its time
+    # the world as TOML if boxes or walls were added, moved or removed since the last one; otherwise empty
     scene: str = ""
 
 
-Event = TraceEvent | Located | LinkStats | Observed
+Event = session.TraceEvent | Located | LinkStats | Observed
 """Everything that is recorded."""
 
 
 class Message(NamedTuple):
-    """One message.
+    """One message."""
 
-    Attributes:
-        time: s on the robot's clock.
-        topic: Topic of the message.
-        data: Its data; of a reading its fields.
-        reading: Name of the reading after ``/readings/``; empty for other topics.
-    """
-
-    time: float
-    topic: Topic
-    data: Data | Mapping[str, object]
-    reading: str = ""
+    time: float  # s on the robot's clock
+    topic: topics.Topic
+    data: topics.Data | Mapping[str, object]  # its data; of a reading its fields
+    reading: str = ""  # name of the reading after `/readings/`; empty for other topics
 
 
-def channel_of(message: Message) -> tuple[str, str, Schema]:
+def channel_of(message: Message) -> tuple[str, str, topics.Schema]:
     """Return the name of the topic, of its schema, and the schema, with which a message is announced."""
     topic, reading = message.topic, message.reading
     schema = topic.schema
@@ -138,8 +71,8 @@ def channel_of(message: Message) -> tuple[str, str, Schema]:
 def json_of(message: Message, nanoseconds: int) -> bytes:
     """Return the JSON of a message, with the time stamp of the file's own clock where the schema has one."""
     data = message.data
-    if isinstance(data, FoxgloveData):
-        data.timestamp = Stamp(nanoseconds // 10**9, nanoseconds % 10**9)
+    if isinstance(data, topics.FoxgloveData):
+        data.timestamp = topics.Stamp(nanoseconds // 10**9, nanoseconds % 10**9)
     try:
         return _JSON.encode(data)
     except UnicodeEncodeError:  # half of a surrogate pair, as Python has it in a name that is not text
@@ -159,10 +92,10 @@ def _text_only(value: Any) -> Any:
             return value
 
 
-def schema_of(data: Mapping[str, object], title: str) -> Schema:
+def schema_of(data: Mapping[str, object], title: str) -> topics.Schema:
     """Return the JSON schema of a reading; each of its fields may be null."""
     kinds = {bool: "boolean", int: "integer", float: "number", str: "string", list: "array"}
-    properties: Schema = {
+    properties: topics.Schema = {
         # A field with an int may hold a float in the next message: the schema says number for both.
         name: {"type": [{"integer": "number"}.get(kind, kind), "null"]}
         if (kind := kinds.get(type(value))) is not None
@@ -179,44 +112,44 @@ class Translator:
         self._count = 0
         self._open: dict[int, tuple[Request[object], deque[int]]] = {}
         self._makers: dict[type, Callable[..., Iterable[Message]]] = {
-            Called: self._called,
-            Ended: self._ended,
-            Wrote: lambda time, event: (_transfer(time, event.data, to_robot=True),),
-            Received: lambda time, event: (_transfer(time, event.data, to_robot=False),),
-            Pushed: lambda time, event: reading_messages(time, "image", event.value),
-            SessionOpened: self._opened,
-            MachineBegan: lambda time, event: (Message(time, PROGRAM, ProgramData(time=time, program=event.program)),),
-            Noted: lambda time, event: (_note(time, event.text, event.kind, level=event.level),),
+            session.Called: self._called,
+            session.Ended: self._ended,
+            session.Wrote: lambda time, event: (_transfer(time, event.data, to_robot=True),),
+            session.Received: lambda time, event: (_transfer(time, event.data, to_robot=False),),
+            session.Pushed: lambda time, event: reading_messages(time, "image", event.value),
+            session.SessionOpened: self._opened,
+            session.MachineBegan: lambda time, event: (
+                Message(time, topics.PROGRAM, topics.ProgramData(time=time, program=event.program)),
+            ),
+            session.Noted: lambda time, event: (_note(time, event.text, event.kind, level=event.level),),
             Located: self._located,
             LinkStats: self._checked,
             Observed: self._observed,
-            **dict.fromkeys((Resynced, Greeted, ResetNoticed, Disconnected, Reconnected, Ending), self._happened),
         }
 
     def messages(self, time: float, event: Event) -> Iterable[Message]:
         """Return the messages that are written for an event."""
-        maker = self._makers.get(type(event))
-        return () if maker is None else maker(time, event)
+        return self._makers.get(type(event), self._happened)(time, event)
 
-    def _called(self, time: float, event: Called) -> Iterable[Message]:
+    def _called(self, time: float, event: session.Called) -> Iterable[Message]:
         request = event.request
         self._count += 1
         # Calls without arguments share one request object. It is kept here, so that its id() is not given to another.
         self._open.setdefault(id(request), (request, deque()))[1].append(self._count)
-        data = CallData(
+        data = topics.CallData(
             time=time,
             call=self._count,
             command=request.name,
             text=request.text,
             arguments=list(map(int, request.numbers)),
         )
-        return (Message(time, CALLS, data),)
+        return (Message(time, topics.CALLS, data),)
 
-    def _ended(self, time: float, event: Ended) -> Iterable[Message]:
+    def _ended(self, time: float, event: session.Ended) -> Iterable[Message]:
         request = event.request
         number = self._number_of(request)
         error = event.error
-        data = OutcomeData(
+        data = topics.OutcomeData(
             time=time,
             call=number,
             command=request.name,
@@ -225,7 +158,7 @@ class Translator:
             waited=event.waited,
             round_trip=None if math.isnan(event.round_trip) else event.round_trip,
         )
-        found = [Message(time, OUTCOMES, data)]
+        found = [Message(time, topics.OUTCOMES, data)]
         if event.value is not None:
             found += reading_messages(time, request.name, event.value)
         return found
@@ -240,52 +173,54 @@ class Translator:
             del self._open[id(request)]
         return number
 
-    def _opened(self, time: float, event: SessionOpened) -> Iterable[Message]:
+    def _opened(self, time: float, event: session.SessionOpened) -> Iterable[Message]:
         for when, each in event.opening:
-            yield _transfer(when, each.data, to_robot=isinstance(each, Wrote))
+            yield _transfer(when, each.data, to_robot=isinstance(each, session.Wrote))
 
     def _observed(self, time: float, event: Observed) -> Iterable[Message]:
         if event.scene:
-            yield Message(time, SCENE, SceneData(time=time, scene=event.scene))
-        yield Message(time, WORLD, WorldData(time=time, **event.state))
+            yield Message(time, topics.SCENE, topics.SceneData(time=time, scene=event.scene))
+        yield Message(time, topics.WORLD, topics.WorldData(time=time, **event.state))
 
     def _located(self, time: float, event: Located) -> Iterable[Message]:
         pose = event.pose
         half = pose.heading / 2
-        position = Vector3(pose.x, pose.y, 0.0)
-        orientation = Quaternion(0.0, 0.0, math.sin(half), math.cos(half))
+        position = topics.Vector3(pose.x, pose.y, 0.0)
+        orientation = topics.Quaternion(0.0, 0.0, math.sin(half), math.cos(half))
         frame = "world" if event.is_measured else "start"
-        data = PoseData(time=pose.time, frame_id=frame, pose=Placement(position, orientation), heading=pose.heading)
-        yield Message(time, MEASURED if event.is_measured else ODOMETRY, data)
+        data = topics.PoseData(
+            time=pose.time, frame_id=frame, pose=topics.Placement(position, orientation), heading=pose.heading
+        )
+        yield Message(time, topics.MEASURED if event.is_measured else topics.ODOMETRY, data)
         if event.moves_frame:
-            moved = TransformData(
+            moved = topics.TransformData(
                 time=time, parent_frame_id=frame, child_frame_id=ROBOT, translation=position, rotation=orientation
             )
-            yield Message(time, TRANSFORM, moved)
+            yield Message(time, topics.TRANSFORM, moved)
 
     def _checked(self, time: float, event: LinkStats) -> Iterable[Message]:
         data = dataclasses.asdict(event)
         del data["age"]  # the time of /outcomes says it better
-        return (Message(time, LINK, LinkData(time=time, **data)),)
+        return (Message(time, topics.LINK, topics.LinkData(time=time, **data)),)
 
-    def _happened(self, time: float, event: TraceEvent) -> Iterable[Message]:
+    def _happened(self, time: float, event: session.TraceEvent) -> Iterable[Message]:
         match event:
-            case Resynced(duration=duration, dropped=dropped):
+            case session.Resynced(duration=duration, dropped=dropped):
                 yield _note(
                     time,
                     f"the line was out of sync for {duration:.3f} s; {dropped} bytes were dropped",
                     "link",
                     "resynced",
                 )
-            case Greeted():
+            case session.Greeted():
                 yield _note(time, "the robot greeted unasked: it has restarted", "robot", "greeted", WARNING)
-            case ResetNoticed(sign=sign):
+            case session.ResetNoticed(sign=sign):
                 yield _note(time, f"the robot has restarted; its {sign} showed it", "robot", "reset", WARNING)
-            case Disconnected(error=error):
+            case session.Disconnected(error=error):
                 yield _note(time, f"the link is down: {error.message}", "link", "down", WARNING)
-            case Reconnected(gap=gap, attempts=attempts):
+            case session.Reconnected(gap=gap, attempts=attempts):
                 yield _note(time, f"the link is back after {gap:.3f} s and {attempts} attempts", "link", "back")
-            case Ending(error=error):
+            case session.Ending(error=error):
                 happened = "closed" if isinstance(error, LinkClosed) else "lost"
                 yield _note(time, f"the session ended: {error.message}", "link", happened)
             case _:
@@ -315,27 +250,27 @@ def reading_messages(time: float, name: str, value: object) -> list[Message]:
 
 
 def _transfer(time: float, data: bytes, *, to_robot: bool) -> Message:
-    return Message(time, BYTES, BytesData(time=time, to_robot=to_robot, data=base64_of(data)))
+    return Message(time, topics.BYTES, topics.BytesData(time=time, to_robot=to_robot, data=base64_of(data)))
 
 
 def _reading(time: float, name: str, value: Reading) -> Iterable[Message]:
     if not math.isfinite(value.time):
         value = dataclasses.replace(value, time=time)
-    yield Message(value.time, READINGS, fields_of(value), name)
+    yield Message(value.time, topics.READINGS, fields_of(value), name)
     if isinstance(value, Proximity):
-        yield Message(value.time, INFRARED, infrared_points(value.time, value.numbers))
+        yield Message(value.time, topics.INFRARED, infrared_points(value.time, value.numbers))
     elif isinstance(value, Distance):
-        yield Message(value.time, AHEAD, distance_points(value.time, value.metres))
+        yield Message(value.time, topics.AHEAD, distance_points(value.time, value.metres))
 
 
 def _picture(time: float, picture: Image) -> Iterable[Message]:
     if not math.isfinite(picture.time):
         picture = dataclasses.replace(picture, time=time)
     try:
-        return (Message(picture.time, PICTURES, picture_data(picture)),)
+        return (Message(picture.time, topics.PICTURES, picture_data(picture)),)
     except (Unsupported, ValueError):
         return ()  # its bytes are in the recording
 
 
 def _note(time: float, text: str, kind: str, happened: str = "", level: int = INFORMATION) -> Message:
-    return Message(time, NOTES, NoteData(time=time, level=level, message=text, name=kind, event=happened))
+    return Message(time, topics.NOTES, topics.NoteData(time=time, level=level, message=text, name=kind, event=happened))

@@ -40,17 +40,11 @@ MAX_MESSAGE = 1 << 22
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One message of a recording.
+    """One message of a recording."""
 
-    Attributes:
-        time: s on the robot's clock.
-        topic: Name of the topic, such as ``/calls`` or ``/readings/proximity``.
-        data: The fields of the message, as the topic's schema has them.
-    """
-
-    time: float
-    topic: str
-    data: Mapping[str, Any]
+    time: float  # s on the robot's clock
+    topic: str  # name of the topic, such as `/calls` or `/readings/proximity`
+    data: Mapping[str, Any]  # the fields of the message, as the topic's schema has them
 
     @property
     def pose(self) -> Pose:
@@ -66,17 +60,11 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Transfer:
-    """Bytes that were sent over the line.
+    """Bytes that were sent over the line."""
 
-    Attributes:
-        time: s on the robot's clock.
-        to_robot: Whether they were sent to the robot; otherwise the robot sent them.
-        data: The bytes.
-    """
-
-    time: float
-    to_robot: bool
-    data: bytes
+    time: float  # s on the robot's clock
+    to_robot: bool  # whether they were sent to the robot; otherwise the robot sent them
+    data: bytes  # the bytes
 
 
 FACTS: tuple[tuple[str, Any, str], ...] = (
@@ -97,12 +85,6 @@ class Recording:
         path: Path of the file, or of the first part to read. If the first parts were not kept, the name of the first
             part leads to the others.
 
-    Attributes:
-        paths: Paths of the parts, in order.
-        about: Facts about the recording, as text by name: ``robot``, ``url``, ``firmware``, ``began`` and so on.
-        scene: The simulated world as TOML; empty if there is none.
-        began: When the recording began, s on the robot's clock.
-
     Raises:
         ArgumentError: The file does not exist, or is not a recording of elib.
         Unsupported: The package mcap is not installed.
@@ -113,8 +95,9 @@ class Recording:
         from mcap.records import Attachment, Metadata
 
         self.paths = _parts(Path(path))
+        # facts about the recording, as text by name: `robot`, `url`, `firmware`, `began` and so on
         self.about: dict[str, str] = {}
-        self.scene = ""
+        self.scene = ""  # the simulated world as TOML; empty if there is none
         for record in records_of(self.paths[0], Health(), only_header=True):
             match record:
                 case Metadata() if record.name == ABOUT:
@@ -133,7 +116,7 @@ class Recording:
                 msgspec.convert(self.about.get(name), kind, strict=False)
             except msgspec.ValidationError:
                 raise ArgumentError(f"{os.fspath(path)!r} is damaged: it does not say {what}") from None
-        self.began = float(self.about["began"])
+        self.began = float(self.about["began"])  # when the recording began, s on the robot's clock
 
     @property
     def name(self) -> str:
@@ -158,7 +141,8 @@ class Recording:
         wanted: dict[int, tuple[str, Decoder[Any]]] = {}
         for record in records_of(path, health):
             if isinstance(record, Channel):
-                if not topics or any(_is_meant(record.topic, topic) for topic in topics):
+                folders = tuple(topic for topic in topics if topic.endswith("/"))
+                if not topics or record.topic in topics or record.topic.startswith(folders):
                     wanted[record.id] = record.topic, decoder_of(record.topic)
             elif isinstance(record, Message) and record.channel_id in wanted:
                 topic, decoder = wanted[record.channel_id]
@@ -229,38 +213,24 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
 
 @dataclass(frozen=True, slots=True)
 class FileSummary:
-    """One file of a recording.
-
-    Attributes:
-        path: Path of the file.
-        size: Size of the file, bytes.
-        health: State of the file.
-    """
+    """One file of a recording."""
 
     path: Path
     size: int
-    health: Health
+    health: Health  # state of the file
 
 
 @dataclass(slots=True)
 class Summary:
-    """A recording in numbers.
+    """A recording in numbers."""
 
-    Attributes:
-        about: Facts about the recording, as text by name.
-        parts: The files of the recording.
-        messages: Number of messages by topic.
-        first: Time of the first message, s on the robot's clock; the opening of the link may be before the beginning.
-        last: Time of the last message, s on the robot's clock.
-        notes: The notes, in order.
-    """
-
-    about: dict[str, str]
-    parts: list[FileSummary]
-    messages: Counter[str] = field(default_factory=Counter)
+    about: dict[str, str]  # facts about the recording, as text by name
+    parts: list[FileSummary]  # the files of the recording
+    messages: Counter[str] = field(default_factory=Counter)  # number of messages by topic
+    # time of the first message, s on the robot's clock; the opening of the link may be before the beginning
     first: float = 0.0
-    last: float = 0.0
-    notes: list[Entry] = field(default_factory=list)
+    last: float = 0.0  # time of the last message, s on the robot's clock
+    notes: list[Entry] = field(default_factory=list)  # the notes, in order
 
     @property
     def duration(self) -> float:
@@ -322,7 +292,3 @@ def _data_of(content: bytes, decoder: Decoder[Any]) -> dict[str, Any] | None:
     except (msgspec.MsgspecError, KeyError, RecursionError):
         return None
     return cast("dict[str, Any]", data)
-
-
-def _is_meant(topic: str, wanted: str) -> bool:
-    return topic == wanted or (wanted.endswith("/") and topic.startswith(wanted))

@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
 from typing import Protocol, Self, runtime_checkable
 
 from elib.base.errors import ArgumentError, ElibError
@@ -130,9 +129,6 @@ class Recorder:
         part_seconds: Robot time after which the next part begins, s, 1 at least; None for one file.
         keep: Number of newest parts that are kept, 2 at least; None for all.
 
-    Attributes:
-        path: Path of the first part.
-
     Raises:
         ArgumentError: The file exists, its name does not end in ``.mcap``, or a number is out of range.
         Unsupported: The package mcap is not installed.
@@ -231,9 +227,7 @@ class Recorder:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def __repr__(self) -> str:
@@ -268,13 +262,7 @@ def check_new(
     part_seconds: float | None = None,
     keep: int | None = None,
 ) -> None:
-    """Check the arguments of a recording before a robot is opened for it.
-
-    Raises:
-        ArgumentError: The file or a later part of it exists, its name does not end in ``.mcap``, or a number is out of
-            range.
-        Unsupported: The package mcap is not installed.
-    """
+    """Check the arguments of a recording before a robot is opened for it."""
     check_mcap()
     path = Path(path)
     if path.suffix.lower() != ".mcap":

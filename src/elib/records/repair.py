@@ -16,19 +16,12 @@ from elib.records.topics import ABOUT
 
 @dataclass(frozen=True, slots=True)
 class Repaired:
-    """Result of a repair.
-
-    Attributes:
-        path: Path of the new file.
-        health: State of the old file.
-        lost: Number of bytes at the end of the old file that could not be read.
-        messages: Number of messages in the new file.
-    """
+    """Result of a repair."""
 
     path: Path
-    health: Health
-    lost: int
-    messages: int
+    health: Health  # state of the old file
+    lost: int  # number of bytes at the end of the old file that could not be read
+    messages: int  # number of messages in the new file
 
 
 def repaired_name(path: Path) -> Path:
@@ -37,19 +30,7 @@ def repaired_name(path: Path) -> Path:
 
 
 def repair(path: str | os.PathLike[str], target: str | os.PathLike[str] | None = None) -> Repaired:
-    """Write a complete file with all that can be read of one file of a recording; the old file does not change.
-
-    Args:
-        path: Path of the file, or of one part.
-        target: Path of the new file; it is next to the old file if this is None.
-
-    Returns:
-        What was found and written.
-
-    Raises:
-        ArgumentError: The old file is not a recording, or the new file exists or cannot be created.
-        ElibError: The new file could not be written because the disk is full.
-    """
+    """Write a complete file with all that can be read of one file of a recording; the old file does not change."""
     path = Path(path)
     target = repaired_name(path) if target is None else Path(target)
     Recording(path)  # raises an error if the file is not a recording

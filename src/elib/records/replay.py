@@ -40,38 +40,23 @@ recording, and it must not wait for answers until its timeouts end."""
 
 @dataclass(slots=True)
 class Stretch:
-    """The bytes of one session, from the opening of the link to its end.
+    """The bytes of one session, from the opening of the link to its end."""
 
-    Attributes:
-        items: The bytes, in order.
-        lost: When the link was lost, s on the recorded clock; None if it was not lost.
-        reason: Why the link was lost.
-    """
-
-    items: list[Transfer] = field(default_factory=list)
-    lost: float | None = None
-    reason: str = ""
+    items: list[Transfer] = field(default_factory=list)  # the bytes, in order
+    lost: float | None = None  # when the link was lost, s on the recorded clock; None if it was not lost
+    reason: str = ""  # why the link was lost
 
 
 @dataclass(slots=True)
 class Script:
-    """The parts of a recording that a replay needs.
-
-    Attributes:
-        name: Name of the file.
-        stretches: The bytes of each session.
-        calls: When the bytes of each call were sent, and the text of the call, in order of time.
-        codec: What the link carried.
-        began: When the recording began, s.
-        missing: A hint on what happened before the recording began; empty if the recording is complete.
-    """
+    """The parts of a recording that a replay needs."""
 
     name: str
-    stretches: list[Stretch]
-    calls: list[tuple[float, str]]
-    codec: str
-    began: float
-    missing: str
+    stretches: list[Stretch]  # the bytes of each session
+    calls: list[tuple[float, str]]  # when the bytes of each call were sent, and the text of the call, in order of time
+    codec: str  # what the link carried
+    began: float  # when the recording began, s
+    missing: str  # a hint on what happened before the recording began; empty if the recording is complete
 
     @classmethod
     def of(cls, recording: Recording) -> Script:
@@ -104,12 +89,7 @@ class Script:
 
 
 class Replay:
-    """One replay of a recording on an event loop, over all its sessions.
-
-    Args:
-        script: The recording.
-        url: URL that was opened, for messages.
-    """
+    """One replay of a recording on an event loop, over all its sessions."""
 
     def __init__(self, script: Script, url: str) -> None:
         self.script = script
@@ -144,12 +124,7 @@ class Replay:
 
 
 class ReplayTransport(BufferedTransport):
-    """The program's end of a link whose other end is a recording.
-
-    Args:
-        replay: The replay that this session is part of.
-        stretch: The session to replay.
-    """
+    """The program's end of a link whose other end is a recording."""
 
     def __init__(self, replay: Replay, stretch: Stretch) -> None:
         super().__init__(replay.url, origin="replay")
@@ -232,7 +207,8 @@ class ReplayTransport(BufferedTransport):
             self._due.append((item.time + self._replay.shift + self._late, item.data))
         if not self._items and self._stretch.lost is not None and self._ending is None:
             when = self._stretch.lost + self._replay.shift + self._late
-            self._ending = self._loop.call_at(when, self._lose_as_recorded)
+            reason = f"{self._stretch.reason} (as recorded in {self._replay.script.name})"
+            self._ending = self._loop.call_at(when, self.lose, reason)
         self._wait()
 
     def _wait(self) -> None:
@@ -247,9 +223,6 @@ class ReplayTransport(BufferedTransport):
             self._wait()
 
     # -- how it ends --
-
-    def _lose_as_recorded(self) -> None:
-        self.lose(f"{self._stretch.reason} (as recorded in {self._replay.script.name})")
 
     def _differ(self, data: bytes) -> None:
         script, request = self._replay.script, self._request
@@ -292,14 +265,7 @@ _REPLAYS: weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[str, Replay]
 
 
 def open_recording(url: Url) -> ReplayTransport:
-    """Open a recording as a robot on the running event loop: from the start, or again after a lost link.
-
-    Raises:
-        ArgumentError: The file does not exist, or is not a recording.
-        Unsupported: The package mcap is not installed.
-        LinkBusy: The recording is being replayed on this event loop already.
-        LinkNotFound: The link was down at this time of the recording, or the recording is over.
-    """
+    """Open a recording as a robot on the running event loop: from the start, or again after a lost link."""
     name = str(url)
     replays = _REPLAYS.setdefault(asyncio.get_running_loop(), {})
     replay = replays.get(name)

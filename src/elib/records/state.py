@@ -26,26 +26,17 @@ ROUNDING = 1e-9
 
 @dataclass(slots=True)
 class RobotState:
-    """A robot at one moment of a recording.
+    """A robot at one moment of a recording."""
 
-    Attributes:
-        time: s on the robot's clock.
-        pose: Pose of the robot: in the world if it was measured, otherwise from where odometry began.
-        is_measured: Whether the pose was measured.
-        speed: Wheel speeds that were set last, steps/s.
-        steps: The step counters.
-        memory: The last settings of lamps and camera.
-        world: The last message of ``/world`` before the moment; None without a simulated world.
-        scene: The last message of ``/scene`` before the moment: the simulated world as TOML; empty if there is none.
-    """
-
-    time: float
+    time: float  # s on the robot's clock
     pose: Pose
-    is_measured: bool
-    speed: tuple[int, int] = (0, 0)
-    steps: tuple[int, int] = (0, 0)
-    memory: LastSet = field(default_factory=LastSet)
+    is_measured: bool  # whether the pose was measured
+    speed: tuple[int, int] = (0, 0)  # wheel speeds that were set last, steps/s
+    steps: tuple[int, int] = (0, 0)  # the step counters
+    memory: LastSet = field(default_factory=LastSet)  # the last settings of lamps and camera
+    # the last message of `/world` before the moment; None without a simulated world
     world: Mapping[str, Any] | None = None
+    # the last message of `/scene` before the moment: the simulated world as TOML; empty if there is none
     scene: str = ""
 
 
@@ -58,9 +49,6 @@ def state_at(
         recording: The recording.
         seconds: The moment, s since the recording began, from its first message to its last message.
         rate: Returns the speed at which the robot's firmware really turns a wheel for a wanted speed, both in steps/s.
-
-    Raises:
-        ArgumentError: The moment is outside the recording.
     """
     reader = _StateReader(recording, recording.began + seconds, rate)
     first, last = math.inf, -math.inf
@@ -75,17 +63,7 @@ def state_at(
 
 
 def request_again(spec: Spec[Any], numbers: Sequence[int], context: Context) -> Request[Any]:
-    """Return the request of a recorded call.
-
-    Args:
-        spec: Row of the command.
-        numbers: Arguments of the call, as whole numbers of the wire.
-        context: Context of the robot's firmware.
-
-    Raises:
-        ArgumentError: The number of arguments is wrong, or an argument is out of range.
-        Unsupported: This firmware does not have the command.
-    """
+    """Return the request of a recorded call, whose *numbers* are whole ones of the wire."""
     if len(numbers) != len(spec.parameters):
         raise ArgumentError(f"{spec.name} takes {len(spec.parameters)} arguments, not {len(numbers)}")
     scales = [parameter.quantity.scale for parameter in spec.parameters]
@@ -94,11 +72,7 @@ def request_again(spec: Spec[Any], numbers: Sequence[int], context: Context) -> 
 
 
 def done_at(outcome: Entry) -> float | None:
-    """Return when the robot did a command, s; None if it did not do it, as far as is known.
-
-    Args:
-        outcome: The message of ``/outcomes``.
-    """
+    """Return when the robot did a command, s; None if it did not do it, as far as is known."""
     data = outcome.data
     trip = data["round_trip"] or 0.0
     is_lost = not data["ok"] and data["round_trip"] is not None and data["error"].startswith("ReplyTimeout")

@@ -94,14 +94,10 @@ class AnyMessage(Protocol):
 
 @dataclass(slots=True)
 class _Layout:
-    """How the rows of a reading are made.
-
-    Attributes:
-        columns: Its columns.
-        cells: For each number its column's kind, its field, and its place if the field holds several.
-    """
+    """How the rows of a reading are made."""
 
     columns: Columns
+    # for each number its column's kind, its field, and its place if the field holds several
     cells: list[tuple[Kind, str, int | None]]
 
     @classmethod
@@ -139,13 +135,7 @@ class _Layout:
 
 
 def column_name(reading: str, info: FieldInfo, place: int | None = None) -> str:
-    """Return the name of a number in all tables: ``proximity_front_right``, ``ground_left``, ``accelerometer_g_x``.
-
-    Args:
-        reading: Name of the reading.
-        info: Its field.
-        place: Which number of the field, if it holds several.
-    """
+    """Return the name of a number in all tables: ``proximity_front_right``, ``ground_left``, ``accelerometer_g_x``."""
     if place is None:
         return f"{reading}_{info.name}"
     number = info.names[place] if place < len(info.names) else str(place)
@@ -163,19 +153,12 @@ def _kind_of(hint: object, info: FieldInfo, value: object) -> Kind:
 
 
 class Tabulator:
-    """Makes the rows of tables from the messages of a recording, in order.
-
-    Args:
-        about: The facts about the recording.
-
-    Attributes:
-        columns: The columns of each table that has rows.
-        misfits: Number of readings that are left out: they have other fields than the first one of their kind, or a
-            name that no table can have.
-    """
+    """Makes the rows of tables from the messages of a recording, in order."""
 
     def __init__(self, about: Mapping[str, str]) -> None:
-        self.columns: dict[str, Columns] = {}
+        self.columns: dict[str, Columns] = {}  # the columns of each table that has rows
+        # number of readings that are left out: they have other fields than the first one of their kind, or a name that
+        # no table can have
         self.misfits = 0
         self._robot = about.get("robot", "")
         self._end = (self._robot, about.get("origin", ""))

@@ -17,34 +17,19 @@ KINDS = ("call", "note", "state", "link", "robot", "recorder")
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """Something that happened.
+    """Something that happened."""
 
-    Attributes:
-        time: s since the recording began.
-        kind: One of :data:`KINDS`.
-        text: What happened, in one line.
-        is_bad: Whether it went wrong.
-        readings: The numbers of the readings, by name.
-        speed: Wheel speeds that the call set, rev/s; None if it set none.
-        pose: Last known pose of the robot, measured if possible.
-    """
-
-    time: float
-    kind: str
-    text: str
-    is_bad: bool = False
-    readings: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
-    speed: tuple[float, float] | None = None
-    pose: Pose | None = None
+    time: float  # s since the recording began
+    kind: str  # one of KINDS
+    text: str  # what happened, in one line
+    is_bad: bool = False  # whether it went wrong
+    readings: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # the numbers of the readings, by name
+    speed: tuple[float, float] | None = None  # wheel speeds that the call set, rev/s; None if it set none
+    pose: Pose | None = None  # last known pose of the robot, measured if possible
 
 
 def timeline(recording: Recording, kinds: Sequence[str] = KINDS) -> Iterator[Moment]:
-    """Yield what happened, in order of the ends of calls.
-
-    Args:
-        recording: The recording.
-        kinds: The kinds of moments to yield, of :data:`KINDS`.
-    """
+    """Yield what happened, in order of the ends of calls."""
     assembler = _Assembler(recording.began)
     topics = (CALLS, OUTCOMES, READINGS, PICTURES, MEASURED, ODOMETRY, NOTES)
     for entry in recording.entries(*(topic.name for topic in topics)):

@@ -53,13 +53,9 @@ class Data(Struct, kw_only=True):
 
 
 class FoxgloveData(Data, kw_only=True):
-    """Data that Foxglove's panels understand by the name of its schema.
+    """Data that Foxglove's panels understand by the name of its schema."""
 
-    Attributes:
-        timestamp: When the message was written, on the file's own clock.
-    """
-
-    timestamp: Stamp | UnsetType = UNSET
+    timestamp: Stamp | UnsetType = UNSET  # when the message was written, on the file's own clock
 
 
 class BytesData(Data, kw_only=True):
@@ -221,19 +217,12 @@ ReadingFields = dict[str, Scalar | list[Scalar | list[Scalar]] | dict[str, Scala
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """One kind of message.
-
-    Attributes:
-        name: Name of the topic; each reading has a topic of its own below ``/readings/``.
-        schema_name: Name of the schema; Foxglove's panels understand messages whose schema has one of its names.
-        about: What the topic holds, for the documentation.
-        form: Class of its messages; None for readings, whose fields follow from their class.
-    """
+    """One kind of message."""
 
     name: str
-    schema_name: str
-    about: str
-    form: type[Data] | None
+    schema_name: str  # name of the schema; Foxglove's panels understand messages whose schema has one of its names
+    about: str  # what the topic holds, for the documentation
+    form: type[Data] | None  # class of its messages; None for readings, whose fields follow from their class
 
     @property
     def schema(self) -> Schema | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import weakref
+from collections.abc import Callable
 from typing import Protocol
 
 from elib.base.errors import ArgumentError, ElibError
@@ -60,36 +61,22 @@ class AppendedFile:
 
 
 class LineWriter(Background[str]):
-    """Writes lines to a target until it is closed. Any thread may use it.
-
-    Args:
-        target: Path or stream; a stream stays open at the end.
-
-    Attributes:
-        target: Name of the file or stream.
-
-    Raises:
-        ArgumentError: The target is not a path and takes no text.
-        OSError: The file cannot be opened.
-    """
+    """Writes lines to a target until it is closed; a stream stays open then. Any thread may use it."""
 
     def __init__(self, target: Target) -> None:
-        self._own: AppendedFile | None = None
         self._stream: TextStream
+        free: Callable[[], None] = lambda: None  # noqa: E731
         if isinstance(target, str | os.PathLike):
-            self._stream = self._own = AppendedFile(target)
-            self.target = os.fspath(target)
+            self._stream = own = AppendedFile(target)
+            free = own.close
+            self.target = os.fspath(target)  # name of the file or stream
         else:
             self._stream = _checked(target)
             self.target = str(getattr(target, "name", type(target).__name__))
-        super().__init__(f"the log {self.target}", self._write, self._free, most=MAX_LINES, many=MANY_LINES)
+        super().__init__(f"the log {self.target}", self._write, free, most=MAX_LINES, many=MANY_LINES)
 
     def check(self) -> None:
-        """Raise the error that the thread met, if any.
-
-        Raises:
-            ElibError: Lines could not be written.
-        """
+        """Raise the error that the thread met, if any."""
         if self.error is not None:
             raise ElibError(
                 f"the log {self.target} could not be written: {self.error}",
@@ -97,11 +84,7 @@ class LineWriter(Background[str]):
             ) from self.error
 
     def close(self) -> None:
-        """Write the lines that are left and close the file. It is safe to call this again.
-
-        Raises:
-            ElibError: Lines could not be written, or not within 2 s.
-        """
+        """Write the lines that are left and close the file. It is safe to call this again."""
         if self.end():
             self.check()
         else:
@@ -118,10 +101,6 @@ class LineWriter(Background[str]):
         with _lock_of(self._stream):
             self._stream.write("".join(lines))
             self._stream.flush()
-
-    def _free(self) -> None:
-        if self._own is not None:
-            self._own.close()
 
 
 def _checked(stream: TextStream) -> TextStream:

@@ -454,21 +454,14 @@ class Actions(Motions):
 
 @dataclass(frozen=True, slots=True)
 class CatalogueEntry:
-    """Something that a person can send to a robot: a command of the table, or an action of several.
-
-    Attributes:
-        name: The name of the method.
-        doc: Its docstring, without the example.
-        signature: Its signature, without ``self``.
-        parameters: Name, rule and default of each argument; the rule is None if any text is allowed.
-        wheels: What it does to the wheels; see :class:`~elib.link.protocol.table.Spec`.
-    """
+    """Something that a person can send to a robot: a command of the table, or an action of several."""
 
     name: str
-    doc: str
-    signature: inspect.Signature
+    doc: str  # its docstring, without the example
+    signature: inspect.Signature  # its signature, without `self`
+    # name, rule and default of each argument; the rule is None if any text is allowed
     parameters: tuple[tuple[str, Quantity | None, object], ...] = ()
-    wheels: WheelEffect = ""
+    wheels: WheelEffect = ""  # what it does to the wheels; see Spec
 
     @property
     def usage(self) -> str:

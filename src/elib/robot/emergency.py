@@ -27,15 +27,13 @@ class EmergencyStop:
         stop: Returns the bytes that stop the robot now.
         is_watched: The watchdog also stops the robot when this program freezes.
 
-    Attributes:
-        watchdog: Stops the robot when this program has died; None without an open line, or where none was asked for.
-
     Raises:
         Unsupported: The system does not start the watchdog.
     """
 
     def __init__(self, channel: Channel, stop: Callable[[], bytes], *, is_watched: bool) -> None:
         self.loop = asyncio.get_running_loop()
+        # stops the robot when this program has died; None without an open line, or where none was asked for
         self.watchdog: Watchdog | None = None
         self._channel = channel
         self._stop = stop

@@ -199,17 +199,13 @@ class Events:
 
 
 class EventReader:
-    """One iteration over the events.
-
-    Attributes:
-        dropped: Number of events that this iteration missed because it was slow.
-    """
+    """One iteration over the events."""
 
     def __init__(self, events: Events, timeout: float) -> None:
         self._events = events
         self._timeout = timeout
         self._next = events.dropped
-        self.dropped = 0
+        self.dropped = 0  # number of events that this iteration missed because it was slow
 
     def __aiter__(self) -> EventReader:
         return self

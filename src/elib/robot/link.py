@@ -38,22 +38,16 @@ _WITHOUT_MODULE = ({0}, {-1})
 class LinkSettings:
     """How a robot's link is opened, and what happens at its end.
 
-    Attributes:
-        keep_moving: Do not stop the wheels when the robot is closed.
-        firmware: Name of the firmware profile to use, whatever the robot answers; None asks the robot.
-        mounting: How the robot's camera is mounted; None is the usual way of its firmware.
-        policy: How a lost link is reopened; None does not reopen it.
-        watchdog: Let a small process stop the robot when this program dies or freezes; None: under ``elib run`` only.
-
     Raises:
         ArgumentError: There is no such firmware or mounting.
         Unsupported: This system does not support the watchdog.
     """
 
-    keep_moving: bool = False
-    firmware: str | None = None
-    mounting: Mounting | None = None
-    policy: Policy | None = None
+    keep_moving: bool = False  # do not stop the wheels when the robot is closed
+    firmware: str | None = None  # name of the firmware profile to use, whatever the robot answers; None asks the robot
+    mounting: Mounting | None = None  # how the robot's camera is mounted; None is the usual way of its firmware
+    policy: Policy | None = None  # how a lost link is reopened; None does not reopen it
+    # let a small process stop the robot when this program dies or freezes; None: under `elib run` only
     watchdog: bool | None = None
 
     def __post_init__(self) -> None:
@@ -81,13 +75,9 @@ class Record(Protocol):
 
 
 class Plot(Record, Protocol):
-    """A plot of what a robot does, drawn when the robot is closed, or when this is.
+    """A plot of what a robot does, drawn when the robot is closed, or when this is."""
 
-    Attributes:
-        path: The file that is written.
-    """
-
-    path: str
+    path: str  # the file that is written
 
     @property
     def report(self) -> Record:

@@ -103,13 +103,9 @@ class Mover(Robot, Protocol):
 
 
 class Motion:
-    """The motions of one robot and its odometry. All views of the robot share it.
+    """The motions of one robot and its odometry. All views of the robot share it."""
 
-    Attributes:
-        odometry: The pose of the robot by its step counters, from when it was opened.
-    """
-
-    odometry: Odometry
+    odometry: Odometry  # the pose of the robot by its step counters, from when it was opened
 
     def __init__(self) -> None:
         self._under_way = ""

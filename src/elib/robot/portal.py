@@ -48,18 +48,14 @@ class Portal:
 
     Args:
         speed: How fast the loop's time runs.
-
-    Attributes:
-        is_closed: Whether it takes no more calls.
-        before_close: Run in the loop before it ends: it stops the robot.
-        after_close: Called after that.
     """
 
     def __init__(self, speed: LoopSpeed) -> None:
         self.loop = new_loop(speed)
-        self.is_closed = False
+        self.is_closed = False  # whether it takes no more calls
+        # run in the loop before it ends: it stops the robot
         self.before_close: Callable[[], Coroutine[Any, Any, None]] | None = None
-        self.after_close: Callable[[], None] | None = None
+        self.after_close: Callable[[], None] | None = None  # called after that
         self._is_simulated = isinstance(self.loop, SimulatedLoop)
         lock = threading.RLock()
         self._turn = threading.Condition(lock)

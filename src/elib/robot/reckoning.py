@@ -73,44 +73,26 @@ class Moment(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What happened to the wheels or to their counters.
+    """What happened to the wheels or to their counters."""
 
-    Attributes:
-        when: When the robot did it.
-        speeds: Speeds from then on, left and right, steps/s; nan if unknown, None as before.
-        counters: What the step counters were set to; nan if unknown, None if they were left alone.
-        is_sure: Whether it was confirmed.
-    """
-
-    when: Moment
-    speeds: Pair | None = None
-    counters: Pair | None = None
-    is_sure: bool = True
+    when: Moment  # when the robot did it
+    speeds: Pair | None = None  # speeds from then on, left and right, steps/s; nan if unknown, None as before
+    counters: Pair | None = None  # what the step counters were set to; nan if unknown, None if they were left alone
+    is_sure: bool = True  # whether it was confirmed
 
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """The path between two readings as some changes make it.
+    """The path between two readings as some changes make it."""
 
-    Attributes:
-        fits: Whether it makes the steps that were counted.
-        cost: How improbable it is; the least is the best.
-        pose: Where the path ends, with its uncertainty for a robot with nominal wheels.
-        swing: How that of the place hangs together with that of the heading.
-        steps: What each wheel made.
-        speeds: Speeds at the end.
-        read_at: When the counters were read, as it fits best.
-        pieces: Steps of both wheels in each piece of the path.
-    """
-
-    fits: bool
-    cost: float
-    pose: Pose
-    swing: Pair
-    steps: tuple[int, int]
-    speeds: Pair
-    read_at: float
-    pieces: Sequence[Sequence[float]] = ()
+    fits: bool  # whether it makes the steps that were counted
+    cost: float  # how improbable it is; the least is the best
+    pose: Pose  # where the path ends, with its uncertainty for a robot with nominal wheels
+    swing: Pair  # how that of the place hangs together with that of the heading
+    steps: tuple[int, int]  # what each wheel made
+    speeds: Pair  # speeds at the end
+    read_at: float  # when the counters were read, as it fits best
+    pieces: Sequence[Sequence[float]] = ()  # steps of both wheels in each piece of the path
 
 
 class Reckoning:
@@ -121,22 +103,19 @@ class Reckoning:
         time: When that is, s.
 
     Attributes:
-        spreads: Relative standard deviations, around nominal, of a robot's left wheel, right wheel and axle. Where
-            they have been measured, smaller ones can be set.
-        startup: Time from a restart until it answers, most likely, s.
-        pose: Where it was at the last reading, with the time and the uncertainty.
         left: Steps of the left wheel since the beginning, backwards negative.
         right: Steps of the right wheel since the beginning, backwards negative.
-        restarts: How often the counters told that the robot had restarted.
     """
 
+    # relative standard deviations, around nominal, of a robot's left wheel, right wheel and axle. Where they have been
+    # measured, smaller ones can be set.
     spreads = WHEEL_SPREAD, WHEEL_SPREAD, AXLE_SPREAD
 
     def __init__(self, pose: Pose, time: float) -> None:
-        self.pose = pose
+        self.pose = pose  # where it was at the last reading, with the time and the uncertainty
         self.left = self.right = 0
-        self.restarts = 0
-        self.startup = 0.0
+        self.restarts = 0  # how often the counters told that the robot had restarted
+        self.startup = 0.0  # time from a restart until it answers, most likely, s
         self._start = Change(Moment(time, time, time), STILL, UNKNOWN)
         self._changes: list[Change] = []
         self._count = 0

@@ -71,19 +71,14 @@ class Reconnector(ForwardingChannel):
         url: Names the link in messages.
         start: Opens a new session.
         policy: How to behave.
-
-    Attributes:
-        hooks: Trace hooks, called with the events of every session.
-        error: Why it ended for good, or None.
-        restoring: The request that sets again now what was set, or None.
     """
 
     def __init__(self, url: str, start: Callable[[], Awaitable[Session]], policy: Policy) -> None:
         self._url = url
         self._start = start
         self._policy = policy
-        self.hooks = Hooks(self._watch, Ending, Greeted, Ended)
-        self.error: ElibError | None = None
+        self.hooks = Hooks(self._watch, Ending, Greeted, Ended)  # trace hooks, called with the events of every session
+        self.error: ElibError | None = None  # why it ended for good, or None
         self._session: Session
         self._firmware = ""
         self._is_up = asyncio.Event()
@@ -94,7 +89,7 @@ class Reconnector(ForwardingChannel):
         """Whether what was restored so far is forgotten again."""
         self._has_lost_steps = False
         """Whether the counters began at 0 again, and were not set since."""
-        self.restoring: Request[object] | None = None
+        self.restoring: Request[object] | None = None  # the request that sets again now what was set, or None
         self._memory = LastSet()
         self._steps: Steps | None = None
         self._loop = asyncio.get_running_loop()

@@ -29,17 +29,11 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Records:
-    """The files in which a program keeps its run.
+    """The files in which a program keeps its run."""
 
-    Attributes:
-        log: A file that gets a line for each call and outcome, or None.
-        record: A file, ``.mcap``, that gets everything that happens on the link, or None.
-        log_names: How the log names commands.
-    """
-
-    log: str | None = None
-    record: str | None = None
-    log_names: Vocabulary = "python"
+    log: str | None = None  # a file that gets a line for each call and outcome, or None
+    record: str | None = None  # a file, `.mcap`, that gets everything that happens on the link, or None
+    log_names: Vocabulary = "python"  # how the log names commands
 
     def check(self) -> None:
         """Check the files before the robot is opened.

@@ -149,23 +149,17 @@ class Signals:
 
 
 class LoopSignals:
-    """What signals do to one event loop.
-
-    Attributes:
-        loop: The loop.
-        waiter: The thread that waits for the loop: for its end, or for a call in it. None if no thread does.
-        cancel: Ends what it waits for; it then raises the error itself. None if the loop is the program's own: then
-            the tasks that opened its robots are cancelled, and Ctrl-C is left to :func:`asyncio.run`.
-        came: The signal that ends it.
-        at_exit: Called when the interpreter ends, if set.
-    """
+    """What signals do to one event loop."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self.loop = loop
+        # the thread that waits for the loop: for its end, or for a call in it. None if no thread does.
         self.waiter: threading.Thread | None = threading.current_thread()
+        # ends what it waits for; it then raises the error itself. None if the loop is the program's own: then the tasks
+        # that opened its robots are cancelled, and Ctrl-C is left to run.
         self.cancel: Callable[[], object] | None = None
-        self.came: int | None = None
-        self.at_exit: Callable[[], object] | None = None
+        self.came: int | None = None  # the signal that ends it
+        self.at_exit: Callable[[], object] | None = None  # called when the interpreter ends, if set
         self._users: list[asyncio.Task[Any] | None] = []
         self._since = -math.inf
         self._is_noticed = True

@@ -34,7 +34,6 @@ class Substitutes:
         hint: What to try if the program opens more.
 
     Attributes:
-        urls: Their URLs in the usual form.
         given: Their URLs as they were given.
 
     Raises:
@@ -43,7 +42,7 @@ class Substitutes:
 
     def __init__(self, urls: Sequence[str], source: str, hint: str = "") -> None:
         try:
-            self.urls = tuple(_viewed(str(parse_url(url))) for url in urls)
+            self.urls = tuple(_viewed(str(parse_url(url))) for url in urls)  # their URLs in the usual form
         except ArgumentError as error:
             raise about(source, error) from None
         if not urls:

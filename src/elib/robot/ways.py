@@ -59,23 +59,17 @@ class Guide:
         speed: The fastest speed, m/s.
         turn_rate: The fastest turn rate, rad/s.
         draws: Whether what it sees is added to the map, and it may drive where nothing is known.
-
-    Attributes:
-        localiser: What finds it on the map.
-        estimate: Where it is.
-        known: The map, and what it has seen beside that.
-        near: The last readings of the infrared sensors, without what they read in the open.
     """
 
-    near: Proximity
+    near: Proximity  # the last readings of the infrared sensors, without what they read in the open
 
     def __init__(self, mover: Mover, grid: Grid, speed: float, turn_rate: float, *, draws: bool = False) -> None:
         self._mover, self._speed, self._turn_rate, self._draws = mover, speed, turn_rate, draws
-        self.known = grid if draws else grid.copy()
+        self.known = grid if draws else grid.copy()  # the map, and what it has seen beside that
         if draws:
             grid.add(mover.motion.odometry.pose, [math.nan] * 8)
-        self.localiser = Localiser(grid, mover.motion.odometry.pose, is_carried=not draws)
-        self.estimate: Estimate = self.localiser.estimate
+        self.localiser = Localiser(grid, mover.motion.odometry.pose, is_carried=not draws)  # what finds it on the map
+        self.estimate: Estimate = self.localiser.estimate  # where it is
         self._looked = -math.inf
         self._seen = self._lost = 0
         self._ahead = 0.0

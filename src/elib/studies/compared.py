@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from elib.simulator.physics import Snapshot
-from elib.studies.comparison import Comparison, Run
+from elib.studies.comparison import Comparison
 from elib.studies.report import INK, PAPER, check_report, save, trim
 from elib.studies.series import Series
 
@@ -23,19 +23,7 @@ MAX_COMMANDS = 12
 def draw_comparison(
     path: str | PathLike[str], found: Comparison, labels: Sequence[str], floor: Snapshot | None
 ) -> None:
-    """Write the page.
-
-    Args:
-        path: Of a file that ends in ``.png``, ``.svg`` or ``.pdf``; an existing one is replaced.
-        found: What is compared.
-        labels: What both are called.
-        floor: Where they drove, without robots; None where there is no map.
-
-    Raises:
-        ArgumentError: The name ends otherwise.
-        Unsupported: Matplotlib is not installed.
-        ElibError: The disk is full.
-    """
+    """Write the page, with the *floor* on which both drove, without robots, if there is a map."""
     check_report(path)
     from matplotlib.figure import Figure
 
@@ -82,7 +70,7 @@ def _paths(axes: Any, found: Comparison, floor: Snapshot | None) -> None:
         _map(axes, floor)
     missing = []
     for letter, run, colour in (("A", found.first, FIRST), ("B", found.second, SECOND)):
-        path = _path(run, is_measured=is_measured)
+        path = run.measured if is_measured else run.odometry
         if path is None:
             missing.append(letter)
         else:
@@ -97,10 +85,6 @@ def _paths(axes: Any, found: Comparison, floor: Snapshot | None) -> None:
         axes.legend(fontsize=9, frameon=False, loc="lower right", bbox_to_anchor=(1, 1), ncols=2, borderaxespad=0.1)
     axes.set_aspect("equal", adjustable="box")
     _tidy(axes)
-
-
-def _path(run: Run, *, is_measured: bool) -> Series | None:
-    return run.measured if is_measured else run.odometry
 
 
 def _map(axes: Any, floor: Snapshot) -> None:

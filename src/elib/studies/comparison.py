@@ -28,24 +28,15 @@ MUCH_LONGER = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Latencies:
-    """How long the calls of one command took.
+    """How long the calls of one command took."""
 
-    Attributes:
-        calls: Number of calls that ended.
-        failed: Number of these that failed.
-        trips: Number and round trip, s, of each call that succeeded.
-    """
-
-    calls: int
-    failed: int
-    trips: tuple[tuple[int, float], ...]
+    calls: int  # number of calls that ended
+    failed: int  # number of these that failed
+    trips: tuple[tuple[int, float], ...]  # number and round trip, s, of each call that succeeded
 
     def quantile(self, share: float) -> float:
         """Return the time, s, that this share of the calls does not exceed (nearest rank); nan without calls."""
         return quantile([trip for _, trip in self.trips], share)
-
-
-NONE = Latencies(0, 0, ())
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,42 +80,25 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class PathComparison:
-    """Comparison of two paths over the time that both have.
+    """Comparison of two paths over the time that both have."""
 
-    Attributes:
-        is_measured: Whether both were measured from outside; otherwise both are by the step counters.
-        first: Length, m, and last pose (m, m, rad) of the first path.
-        second: Length, m, and last pose (m, m, rad) of the second path.
-        mean: Mean distance of the two robots at the same time, m.
-        largest: Largest distance of the two robots at the same time, m.
-    """
-
-    is_measured: bool
-    first: tuple[float, tuple[float, float, float]]
-    second: tuple[float, tuple[float, float, float]]
-    mean: float
-    largest: float
+    is_measured: bool  # whether both were measured from outside; otherwise both are by the step counters
+    first: tuple[float, tuple[float, float, float]]  # length, m, and last pose (m, m, rad) of the first path
+    second: tuple[float, tuple[float, float, float]]  # length, m, and last pose (m, m, rad) of the second path
+    mean: float  # mean distance of the two robots at the same time, m
+    largest: float  # largest distance of the two robots at the same time, m
 
 
 @dataclass(frozen=True, slots=True)
 class FieldComparison:
-    """Comparison of one field of a reading.
+    """Comparison of one field of a reading."""
 
-    Attributes:
-        reading: Name of the reading, such as ``proximity``.
-        field: Name of the field, such as ``front_right``.
-        count: Number of readings that could be compared.
-        means: Mean of the first and of the second recording.
-        rms: Root mean square of the difference; nan without readings.
-        correlation: Correlation, -1..1; nan if one of both is constant.
-    """
-
-    reading: str
-    field: str
-    count: int
-    means: tuple[float, float]
-    rms: float
-    correlation: float
+    reading: str  # name of the reading, such as `proximity`
+    field: str  # name of the field, such as `front_right`
+    count: int  # number of readings that could be compared
+    means: tuple[float, float]  # mean of the first and of the second recording
+    rms: float  # root mean square of the difference; nan without readings
+    correlation: float  # correlation, -1..1; nan if one of both is constant
 
 
 @dataclass(frozen=True, slots=True)

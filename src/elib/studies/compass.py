@@ -142,11 +142,7 @@ def fit_compass(fields: Iterable[MagneticField]) -> Compass:
 
 
 def _sense(angles: np.typing.NDArray[np.float64]) -> float:
-    """Return -1.0 if the chip is mirrored, else 1.0, from the field's angles of a left turn.
-
-    Raises:
-        ArgumentError: They do not go round.
-    """
+    """Return -1.0 if the chip is mirrored, else 1.0, from the field's angles of a left turn."""
     order = np.sort(angles)
     gap = float(np.max(np.diff(order, append=order[0] + math.tau)))
     if gap > WIDEST_GAP:

@@ -12,18 +12,7 @@ from typing import Self
 from elib.base.body import STEPS_PER_REVOLUTION
 from elib.base.pose import advanced, apart
 from elib.base.timebase import running_loop
-from elib.link.protocol.values import (
-    READING_TYPES,
-    AmbientLight,
-    Ground,
-    Microphones,
-    Proximity,
-    Role,
-    Steps,
-    describe,
-    in_words,
-    reading_name,
-)
+from elib.link.protocol import values as v
 from elib.link.session import Ended, TraceEvent
 from elib.records.reader import Recording
 from elib.records.timeline import timeline
@@ -46,13 +35,13 @@ BETWEEN = 0.1
 MAX_PARTS = 1000
 """Points into which one stretch of a path without a world is divided at most."""
 
-Sensed = Proximity | AmbientLight | Ground | Microphones
+Sensed = v.Proximity | v.AmbientLight | v.Ground | v.Microphones
 SENSES: dict[str, tuple[str, tuple[str, ...]]] = {
     name: (
-        f"{in_words(name)}, counts",
-        tuple(in_words(each) for info in describe(kind, Role.NUMBER) for each in info.names or (info.name,)),
+        f"{v.in_words(name)}, counts",
+        tuple(v.in_words(each) for info in v.describe(kind, v.Role.NUMBER) for each in info.names or (info.name,)),
     )
-    for name, kind in READING_TYPES.items()
+    for name, kind in v.READING_TYPES.items()
     if issubclass(kind, Sensed)
 }
 """The readings that a plot shows, by name: its title for them, and the names of their numbers."""
@@ -71,42 +60,28 @@ def simulation_of(robot: Epuck) -> tuple[Simulation | None, int]:
     return None, 0
 
 
-def length(poses: Sequence[Pose]) -> float:
-    """Return the length of a path, m."""
-    return math.fsum(apart(a, b) for a, b in pairwise(poses))
-
-
 class RobotReport:
     """The report of what one robot did, from when this is made until the robot is closed.
 
-    Args:
-        robot: An open robot.
-        began: When the run began, s on the robot's clock; now unless given.
-
     Attributes:
-        robot: The robot.
-        world: The world that the robot is in, if it is simulated in this process.
         index: Its index in that world.
-        path: The poses of the robot, oldest first: from its world, else from the speeds that its wheels were told.
-        speeds: The speeds that the wheels were told.
-        readings: The readings that a plot shows.
         contacts: How often it began to touch something; only known in a world.
         contact_time: How long it touched something, s.
-        is_closed: Whether the report has ended.
     """
 
     def __init__(self, robot: Epuck, began: float | None = None) -> None:
         self.robot = robot
-        self.speeds: Speeds = []
-        self.readings: Numbers = {}
+        self.speeds: Speeds = []  # the speeds that the wheels were told
+        self.readings: Numbers = {}  # the readings that a plot shows
         self.contacts, self.contact_time, self._is_touching = 0, 0.0, False
-        self.is_closed = False
+        self.is_closed = False  # whether the report has ended
         self._began = self._last = self._end = robot.time if began is None else began
         self._simulation, self.index = simulation_of(robot)
-        self.world = None
+        self.world = None  # the world that the robot is in, if it is simulated in this process
         if self._simulation is not None:
             self._simulation.catch_up()
             self.world = self._simulation.world
+        # the poses of the robot, oldest first: from its world, else from the speeds that its wheels were told
         self.path = [self._true_pose() or Pose(0.0, 0.0)]
         robot.trace(self._note)
         self._unfollow: Callable[[], None] = lambda: None
@@ -121,7 +96,7 @@ class RobotReport:
     @property
     def distance(self) -> float:
         """Length of the path, m."""
-        return length(self.path)
+        return math.fsum(apart(a, b) for a, b in pairwise(self.path))
 
     @property
     def wheels(self) -> tuple[float, float]:
@@ -154,14 +129,14 @@ class RobotReport:
         if not isinstance(event, Ended) or event.error is not None:
             return
         if isinstance(event.value, Sensed):
-            numbers = self.readings.setdefault(reading_name(type(event.value)), [])
+            numbers = self.readings.setdefault(v.reading_name(type(event.value)), [])
             numbers.append((time - self._began, tuple(event.value)))
         steps = (0, 0) if event.request.name == "stop" else event.request.numbers
         if event.request.name in ("set_speed", "stop") and len(steps) == 2:
             self._add_poses(time)
             left, right = steps
             self.speeds.append((time - self._began, (left / STEPS_PER_REVOLUTION, right / STEPS_PER_REVOLUTION)))
-        elif time - self._last >= BETWEEN or isinstance(event.value, Steps):
+        elif time - self._last >= BETWEEN or isinstance(event.value, v.Steps):
             self._add_poses(time)
 
     def _add_poses(self, time: float) -> None:
@@ -191,11 +166,6 @@ class Plot:
         robot: An open robot.
         path: File to write, ending in ``.png``, ``.svg`` or ``.pdf``; an existing one is replaced.
 
-    Attributes:
-        path: The file.
-        report: What is drawn.
-        is_closed: Whether it was drawn.
-
     Raises:
         ArgumentError: The name ends otherwise, or there is no such folder.
         Unsupported: Matplotlib is not installed.
@@ -203,9 +173,9 @@ class Plot:
 
     def __init__(self, robot: Epuck, path: str | PathLike[str]) -> None:
         check_report(path)
-        self.path = fspath(path)
-        self.report = RobotReport(robot)
-        self.is_closed = False
+        self.path = fspath(path)  # the file
+        self.report = RobotReport(robot)  # what is drawn
+        self.is_closed = False  # whether it was drawn
 
     def __enter__(self) -> Self:
         return self
@@ -237,19 +207,7 @@ def draw_drive(
     seconds: float,
     states: Sequence[tuple[float, str]] = (),
 ) -> None:
-    """Draw paths, states, and the speeds and readings of the first robot.
-
-    Args:
-        path: Of a file that ends in ``.png``, ``.svg`` or ``.pdf``; an existing one is replaced.
-        title: Above all; time and distance are added.
-        robots: What the robots did. The map shows those in the world of the first.
-        seconds: How long it lasted, s.
-        states: When each state began, s, and its name.
-
-    Raises:
-        ArgumentError: The file cannot be created.
-        ElibError: The file cannot be written.
-    """
+    """Draw paths, states, and the speeds and readings of the first robot, in whose world the others on the map are."""
     floor, trails = floor_of(robots)
     first = robots[:1]
     distance = math.fsum(robot.distance for robot in robots) if robots else math.nan
@@ -269,16 +227,7 @@ def draw_drive(
 
 
 def draw_recording(recording: Recording, path: str | PathLike[str]) -> None:
-    """Draw a recording: the path, and speeds, readings and states over time.
-
-    Args:
-        recording: The recording.
-        path: Of a file that ends in ``.png``, ``.svg`` or ``.pdf``; an existing one is replaced.
-
-    Raises:
-        ArgumentError: The file cannot be created.
-        ElibError: The file cannot be written.
-    """
+    """Draw a recording: the path, and speeds, readings and states over time."""
     moments = sorted(timeline(recording), key=lambda moment: moment.time)
     length = max((moment.time for moment in moments), default=0.0)
     floor, trails = _recorded_floor(recording)
@@ -328,12 +277,7 @@ def floor_of(robots: Sequence[RobotReport]) -> tuple[Snapshot | None, list[list[
 
 
 def floor_around(paths: Sequence[Sequence[Pose]], name: str) -> tuple[Snapshot, list[list[Pose]]]:
-    """Return a free floor around paths in unknown surroundings, with the robots at their ends, and the paths on it.
-
-    Args:
-        paths: The paths.
-        name: Name of the floor.
-    """
+    """Return a free floor around paths in unknown surroundings, with the robots at their ends, and the paths on it."""
     poses = [pose for path in paths for pose in path] or [Pose(0.0, 0.0)]
     left, below = MARGIN - min(pose.x for pose in poses), MARGIN - min(pose.y for pose in poses)
     moved = [[dataclasses.replace(pose, x=pose.x + left, y=pose.y + below) for pose in path] for path in paths]

@@ -13,15 +13,8 @@ from elib.base.body import AXLE
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.rules import MAX_TEXT
 from elib.records.reader import Recording
-from elib.simulator.emulator.robotprofile import (
-    GREATEST_SCALE,
-    MIN_SCALE,
-    NOMINAL_RADIUS,
-    LinkDelay,
-    RobotProfile,
-    Wheels,
-    is_nominal,
-)
+from elib.simulator.emulator import robotprofile
+from elib.simulator.emulator.robotprofile import RobotProfile
 from elib.simulator.physics import Scene
 from elib.simulator.worlds.files import parse
 from elib.studies.comparison import Latencies, latencies_of
@@ -56,34 +49,21 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class LinkFit:
-    """The fitted link.
+    """The fitted link."""
 
-    Attributes:
-        latency: Latency each way, s.
-        jitter: Standard deviation of the latency, s.
-        error: Standard error of the latency, s.
-        calls: Number of calls that were compared.
-    """
-
-    latency: float
-    jitter: float
-    error: float
-    calls: int
+    latency: float  # latency each way, s
+    jitter: float  # standard deviation of the latency, s
+    error: float  # standard error of the latency, s
+    calls: int  # number of calls that were compared
 
 
 @dataclass(frozen=True, slots=True)
 class NotFitted:
-    """A part of the profile that could not be fitted.
+    """A part of the profile that could not be fitted."""
 
-    Attributes:
-        what: ``wheels``, ``link`` or ``infrared``.
-        why: The reason, in a sentence.
-        cure: What to do about it.
-    """
-
-    what: str
-    why: str
-    cure: str
+    what: str  # `wheels`, `link` or `infrared`
+    why: str  # the reason, in a sentence
+    cure: str  # what to do about it
 
 
 class _Lacking(ArgumentError):
@@ -141,8 +121,8 @@ def fit_robot(recording: Recording, *, world: str | None = None, progress: Progr
     about = "".join(each if each.isprintable() else "?" for each in f"fitted from {recording.name}")[:MAX_TEXT]
     rolling = None
     if wheels is not None:
-        radii = NOMINAL_RADIUS * wheels.left, NOMINAL_RADIUS * wheels.right
-        rolling = Wheels(*(round(each, LENGTH_DIGITS) for each in (*radii, wheels.axle)))
+        radii = robotprofile.NOMINAL_RADIUS * wheels.left, robotprofile.NOMINAL_RADIUS * wheels.right
+        rolling = robotprofile.Wheels(*(round(each, LENGTH_DIGITS) for each in (*radii, wheels.axle)))
     progress("infrared sensors")
     curve = attempt("infrared", lambda: _fit_curve(readings.get("proximity"), path, scene, wheels), ArgumentError)
     # The link comes last: a reading of more digits takes longer, so a rerun needs sensors that read as the robot's do.
@@ -154,7 +134,9 @@ def fit_robot(recording: Recording, *, world: str | None = None, progress: Progr
         first = missing[0]
         raise ArgumentError(f"nothing of {recording.name} can be fitted: {first.why}", hint=first.cure)
     if link is not None:
-        profile = replace(profile, link=LinkDelay(round(link.latency, TIME_DIGITS), round(link.jitter, TIME_DIGITS)))
+        profile = replace(
+            profile, link=robotprofile.LinkDelay(round(link.latency, TIME_DIGITS), round(link.jitter, TIME_DIGITS))
+        )
     return Fitted(profile, wheels, link, curve, tuple(missing))
 
 
@@ -171,11 +153,11 @@ def _fit_wheels(steps: Series | None, path: Series) -> WheelFit:
         raise _Lacking("the recording has no readings of the step counters", hint=COUNTERS_CURE)
     found = fit_wheels(steps, path)
     for name, scale in (("left wheel", found.left), ("right wheel", found.right), ("axle", found.axle / AXLE)):
-        if not is_nominal(scale):
+        if not robotprofile.is_nominal(scale):
             raise ArgumentError(
-                f"the {name} would be {scale:.3g} times the nominal one; {MIN_SCALE:g} to {GREATEST_SCALE:g} times "
-                "are possible for an e-puck: the robot probably slipped or pushed something all the time, or the poses "
-                "are wrong",
+                f"the {name} would be {scale:.3g} times the nominal one; {robotprofile.MIN_SCALE:g} to "
+                f"{robotprofile.GREATEST_SCALE:g} times are possible for an e-puck: the robot probably slipped or "
+                "pushed something all the time, or the poses are wrong",
                 hint=TRUSTWORTHY,
             )
     return found
@@ -186,7 +168,7 @@ def _fit_link(recording: Recording, profile: RobotProfile, world: str | None) ->
     found: LinkFit | None = None
     for _ in range(PASSES):
         if found is not None:
-            profile = replace(profile, link=LinkDelay(found.latency, found.jitter))
+            profile = replace(profile, link=robotprofile.LinkDelay(found.latency, found.jitter))
         with rerun(recording, profile=profile, world=world) as drive:
             there, here = round_trips(commands, drive)
         before, found = found, fit_link(there, here, found)
@@ -203,9 +185,6 @@ def fit_link(recorded: Sequence[float], simulated: Sequence[float], before: Link
         recorded: Round trips in the recording, s.
         simulated: Round trips of the same calls in the simulator, s.
         before: The link of the simulator in that run; None for a link without delay.
-
-    Raises:
-        ArgumentError: There is no call to compare.
     """
     if not len(recorded):
         raise ArgumentError(

@@ -53,15 +53,7 @@ MAX_SETTING = 5.0
 
 
 async def open_replay(url: Url) -> Transport:
-    """Open a recording as a robot: replayed, or with ``fork=SECONDS`` gone on with in the simulator.
-
-    Raises:
-        ArgumentError: There is no such file, it is not a recording, or the moment is outside it.
-        Unsupported: The package mcap is not installed.
-        LinkBusy: The recording is being replayed on this event loop.
-        LinkNotFound: The link was down at this time of the recording, or there is no such world.
-        SimulationError: The running event loop cannot run at the speed asked for.
-    """
+    """Open a recording as a robot: replayed, or with ``fork=SECONDS`` gone on with in the simulator."""
     require_speed(_speed(url))
     if "fork" not in url.keys:
         if "world" in url.keys:
@@ -87,10 +79,6 @@ async def fork(recording: Recording, state: RobotState, *, world: str | None = N
         state: Its state at the moment.
         world: The world in which it goes on; the recorded world unless given, or the arena for a robot without one. A
             pose that was not measured counts from where the world's first robot begins.
-
-    Raises:
-        LinkNotFound: There is no such world.
-        SimulationError: The world's file breaks a rule.
     """
     about = recording.about
     index = int(about.get("robot_index", "0")) if world is None else 0
@@ -174,9 +162,6 @@ def place(transport: SimTransport, state: RobotState, *, is_same_world: bool, is
         state: Where everything was.
         is_same_world: Whether other robots and movable things are those of the recorded world.
         is_exact: Whether the robot must stand where it stood, to 2 cm; otherwise it is put as near as there is room.
-
-    Raises:
-        ArgumentError: There is no room.
     """
     simulation, robot = transport.simulation, transport.robot
     world = simulation.world
@@ -235,9 +220,6 @@ def _put(world: World, robot: int, pose: Pose, *, is_exact: bool = False) -> Non
 
     An exact place may be blocked: things that it touches were seen a moment before it, and step counters do not notice
     walls.
-
-    Raises:
-        ArgumentError: There is no room anywhere, or not within 2 cm where it must be exact.
     """
     size = world.scene.width, world.scene.depth
     x, y = (min(max(value, RADIUS), extent - RADIUS) for value, extent in zip((pose.x, pose.y), size, strict=True))

@@ -64,23 +64,14 @@ SHOWN = np.array(
 
 @dataclass(frozen=True, slots=True)
 class CurveFit:
-    """The fitted infrared sensors.
+    """The fitted infrared sensors."""
 
-    Attributes:
-        infrared: Curve, noise, gains and offsets.
-        delay: Age of a reading at its time, s.
-        nearest: Least distance at which something was read, m; below it the curve has the shape of the usual one.
-        readings: Number of readings that were fitted.
-        error: Root mean square of predicted minus read counts, of readings that were not fitted.
-        near_error: Root mean square error of such readings more than :data:`NEAR` above the open, as a share of them.
-    """
-
-    infrared: Infrared
-    delay: float
-    nearest: float
-    readings: int
-    error: float
-    near_error: float
+    infrared: Infrared  # curve, noise, gains and offsets
+    delay: float  # age of a reading at its time, s
+    nearest: float  # least distance at which something was read, m; below it the curve has the shape of the usual one
+    readings: int  # number of readings that were fitted
+    error: float  # root mean square of predicted minus read counts, of readings that were not fitted
+    near_error: float  # root mean square error of such readings more than NEAR above the open, as a share of them
 
 
 def fit_curve(depths_at: Callable[[float], tuple[Numbers, Numbers]], read: Numbers, delay: float) -> CurveFit:
@@ -91,9 +82,6 @@ def fit_curve(depths_at: Callable[[float], tuple[Numbers, Numbers]], read: Numbe
             the weights of the rays, as :func:`~elib.studies.rays.depths` does.
         read: Counts by reading and sensor.
         delay: First guess of the age of a reading, s.
-
-    Raises:
-        ArgumentError: There are too few readings of something near.
     """
     depth, _ = depths_at(delay)
     near = int(np.sum((read - np.median(read, axis=0) > NEAR) & (depth.min(axis=-1) < REACH)))

@@ -31,30 +31,17 @@ SHADES = ("#eef1f5", "#dde4ee")
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """Lines over time.
+    """Lines over time."""
 
-    Attributes:
-        title: What they are, with the unit.
-        times: s; the same for all lines.
-        lines: Their values at these times.
-        names: What each is called.
-        is_stepped: A value holds until the next one.
-    """
-
-    title: str
-    times: Sequence[float]
-    lines: Sequence[Sequence[float]]
-    names: Sequence[str]
-    is_stepped: bool = False
+    title: str  # what they are, with the unit
+    times: Sequence[float]  # s; the same for all lines
+    lines: Sequence[Sequence[float]]  # their values at these times
+    names: Sequence[str]  # what each is called
+    is_stepped: bool = False  # a value holds until the next one
 
 
 def check_report(path: str | PathLike[str]) -> None:
-    """Check that a report can be written, before anything runs for it.
-
-    Raises:
-        ArgumentError: The name ends in something that is none of the formats.
-        Unsupported: Matplotlib is not installed.
-    """
+    """Check that a report can be written, before anything runs for it."""
     if Path(path).suffix.lower() not in SUFFIXES:
         raise ArgumentError(f"a plot cannot become {fspath(path)!r}; its name must end in {', '.join(SUFFIXES)}")
     if not Path(path).parent.is_dir():
@@ -83,11 +70,6 @@ def draw_report(
         charts: One below the other.
         states: When each state began, s, and its name.
         seconds: When it ended, s.
-
-    Raises:
-        ArgumentError: The name ends otherwise.
-        Unsupported: Matplotlib is not installed.
-        ElibError: The disk is full.
     """
     check_report(path)
     rows = max(1, len(charts))
@@ -124,10 +106,6 @@ def save(figure: Any, path: str | PathLike[str]) -> None:
     """Write a figure of Matplotlib into a file, in the form that its name says.
 
     An SVG has the same bytes on every run: the names of its parts are random without a salt.
-
-    Raises:
-        ArgumentError: The file cannot be written.
-        ElibError: The disk is full.
     """
     from matplotlib import rc_context
 

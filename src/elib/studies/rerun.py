@@ -38,40 +38,24 @@ SEEDS = 2**64
 
 @dataclass(frozen=True, slots=True)
 class RecordedCall:
-    """A call of the recorded program.
+    """A call of the recorded program."""
 
-    Attributes:
-        time: When the call was made, s since the recording began.
-        sent: When its bytes were sent, s since the recording began; *time* if they were not.
-        number: Number of the call in the recording.
-        command: Name of the command.
-        text: The call as it is written in a program.
-        arguments: Arguments, as whole numbers of the wire.
-    """
-
-    time: float
-    sent: float
+    time: float  # when the call was made, s since the recording began
+    sent: float  # when its bytes were sent, s since the recording began; *time* if they were not
     number: int
-    command: str
-    text: str
-    arguments: tuple[int, ...]
+    command: str  # name of the command
+    text: str  # the call as it is written in a program
+    arguments: tuple[int, ...]  # arguments, as whole numbers of the wire
 
 
 @dataclass(frozen=True, slots=True)
 class Rerun:
-    """Result of a rerun.
-
-    Attributes:
-        recording: Recording of the virtual robot.
-        numbers: For each call of this recording, in order, its number in the original recording.
-        left_out: Texts of the calls that cannot be made again.
-        skipped: Number of readings that were not asked for because the line was busy until the next call.
-    """
+    """Result of a rerun."""
 
     recording: Recording
-    numbers: tuple[int, ...]
-    left_out: tuple[str, ...]
-    skipped: int
+    numbers: tuple[int, ...]  # for each call of this recording, in order, its number in the original recording
+    left_out: tuple[str, ...]  # texts of the calls that cannot be made again
+    skipped: int  # number of readings that were not asked for because the line was busy until the next call
 
 
 @contextlib.contextmanager
@@ -90,11 +74,6 @@ def rerun(
         profile: Profile of the virtual robot; a nominal robot unless given.
         world: World in which it drives; the recorded world unless given.
         seed: Seed of all noise; another seed than the recorded one unless given.
-
-    Raises:
-        ArgumentError: There is no world, or the robot has no room at its recorded place.
-        LinkNotFound: The world does not exist.
-        SimulationError: The world file breaks a rule.
     """
     with tempfile.TemporaryDirectory(prefix="elib-") as folder:
         url = _url(recording, Path(folder), profile or RobotProfile(), world, seed)

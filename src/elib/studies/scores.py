@@ -155,14 +155,9 @@ def latency_score(real: Run, model: Run, twin: Run) -> Score:
             )
     if not rows:
         return Score("latency", math.nan, math.nan, math.nan, math.nan)
-    weight, off, noise, spread = np.sum(rows, axis=0)
-    return Score(
-        "latency",
-        _value(float(off / weight), float(noise / weight), float(spread / weight)),
-        float(off / weight),
-        float(noise / weight),
-        float(spread / weight),
-    )
+    calls, *sums = map(float, np.sum(rows, axis=0))
+    off, noise, spread = (each / calls for each in sums)
+    return Score("latency", _value(off, noise, spread), off, noise, spread)
 
 
 def _score(name: str, squares: Numbers, *, floor: float = COUNT) -> Score:

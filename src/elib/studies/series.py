@@ -32,18 +32,12 @@ RESTARTS = frozenset({"greeted", "reset"})
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """Numbers over time.
+    """Numbers over time."""
 
-    Attributes:
-        fields: Name of each column.
-        times: s since the recording began, rising.
-        values: One row for each time; nan where there was no number.
-        broken: For each row whether it does not continue the row before, because step counters were set between them.
-    """
-
-    fields: tuple[str, ...]
-    times: Numbers
-    values: Numbers
+    fields: tuple[str, ...]  # name of each column
+    times: Numbers  # s since the recording began, rising
+    values: Numbers  # one row for each time; nan where there was no number
+    # for each row whether it does not continue the row before, because step counters were set between them
     broken: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
     def __post_init__(self) -> None:

@@ -69,29 +69,17 @@ TRUSTWORTHY = (
 
 @dataclass(frozen=True, slots=True)
 class WheelFit:
-    """The fitted wheels.
+    """The fitted wheels."""
 
-    Attributes:
-        left: Radius of the left wheel as a share of the nominal radius.
-        right: Radius of the right wheel as a share of the nominal radius.
-        axle: Distance between the wheels' contact points, m.
-        delay: Age of a reading of the counters at its time, s.
-        errors: Standard errors of these four, in the same units.
-        windows: Number of windows that were used.
-        left_out: Number of windows that did not agree with these: the robot slipped or was stopped there.
-        position_error: Root mean square of the residual position over a window, m.
-        heading_error: Root mean square of the residual heading over a window, rad.
-    """
-
-    left: float
-    right: float
-    axle: float
-    delay: float
-    errors: tuple[float, float, float, float]
-    windows: int
-    left_out: int
-    position_error: float
-    heading_error: float
+    left: float  # radius of the left wheel as a share of the nominal radius
+    right: float  # radius of the right wheel as a share of the nominal radius
+    axle: float  # distance between the wheels' contact points, m
+    delay: float  # age of a reading of the counters at its time, s
+    errors: tuple[float, ...]  # standard errors of these four, in the same units
+    windows: int  # number of windows that were used
+    left_out: int  # number of windows that did not agree with these: the robot slipped or was stopped there
+    position_error: float  # root mean square of the residual position over a window, m
+    heading_error: float  # root mean square of the residual heading over a window, rad
 
 
 def fit_wheels(steps: Series, poses: Series) -> WheelFit:
@@ -100,10 +88,6 @@ def fit_wheels(steps: Series, poses: Series) -> WheelFit:
     Args:
         steps: Step counters without jumps, at the times at which their readings arrived.
         poses: Measured poses; the headings have no jumps of a whole turn.
-
-    Raises:
-        ArgumentError: The drive has too little motion, or too much of it does not fit any wheels; the message says what
-            to drive.
     """
     _check_motion(steps, poses)
     pairs = _windows(steps, poses)
@@ -128,32 +112,18 @@ def fit_wheels(steps: Series, poses: Series) -> WheelFit:
         return missed
 
     blocks = ((poses.times[first] - poses.times[first[0]]) / WINDOW).astype(int)
-    rolled = _rolled(steps, poses.times)
+    # How far the rims of a nominal robot had rolled at each pose, m.
+    rolled = METRES_PER_STEP * np.column_stack([np.interp(poses.times, steps.times, each) for each in steps.values.T])
     guess = _guess(rolled[last] - rolled[first], seen[:, 2], left_over)
     found, covariance, weights, missed = _solve(left_over, guess, blocks)
     used = weights > 0
-    left, right, axle, delay = (float(each) for each in found)
-    errors = np.sqrt(np.diag(covariance))
+    left, right, axle, delay = map(float, found)
+    errors = tuple(map(float, np.sqrt(np.diag(covariance))))
     place = float(np.sqrt(np.mean(np.sum(missed[used, :2] ** 2, axis=1)))) if used.any() else math.inf
     turn = float(np.sqrt(np.mean(missed[used, 2] ** 2))) if used.any() else math.inf
-    fit = WheelFit(
-        left,
-        right,
-        axle,
-        delay,
-        (float(errors[0]), float(errors[1]), float(errors[2]), float(errors[3])),
-        int(used.sum()),
-        int((~used).sum()),
-        place,
-        turn,
-    )
+    fit = WheelFit(left, right, axle, delay, errors, int(used.sum()), int((~used).sum()), place, turn)
     _check_fit(fit)
     return fit
-
-
-def _rolled(steps: Series, times: Numbers) -> Numbers:
-    """Return how far the rims of a nominal robot have rolled at some times, m, left and right."""
-    return np.column_stack([np.interp(times, steps.times, column) for column in steps.values.T]) * METRES_PER_STEP
 
 
 def _guess(rolled: Numbers, turned: Numbers, left_over: Callable[[Numbers], Numbers]) -> Numbers:

@@ -194,8 +194,10 @@ def _news(lab: Lab) -> LabNews:
 
     start = text("start.py")
     goals = [LabGoal(goal.name, goal.points, goal.sentence) for goal in lab.goals]
-    needs_numpy = "image()" in start and find_spec("numpy") is None
-    missing = "Not here: the camera needs NumPy, which this studio was built without." if needs_numpy else ""
+    needs_numpy = ("image()" in start or "Grid(" in start) and find_spec("numpy") is None
+    missing = f"Not here: it needs the extra {lab.lacks}, which this studio does not have." if lab.lacks else ""
+    if needs_numpy:
+        missing = "Not here: pictures and maps need NumPy, which this studio was built without."
     return LabNews(lab.name, lab.title, lab.summary, text("README.md"), start, goals, missing)
 
 

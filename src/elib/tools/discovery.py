@@ -15,7 +15,6 @@ import shutil
 import socket
 import subprocess
 import sys
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -82,17 +81,11 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """The result of a search.
+    """The result of a search."""
 
-    Attributes:
-        found: The links that may lead to a robot; after :func:`survey` each has an answer or a reason.
-        not_tried: Serial ports that were left alone because robots do not have such ports.
-        notes: Where the search could not look, one sentence each.
-    """
-
-    found: tuple[Found, ...]
-    not_tried: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    found: tuple[Found, ...]  # the links that may lead to a robot; after survey each has an answer or a reason
+    not_tried: tuple[str, ...] = ()  # serial ports that were left alone because robots do not have such ports
+    notes: tuple[str, ...] = ()  # where the search could not look, one sentence each
 
 
 async def find(*, timeout: float = TIMEOUT, all_ports: bool = False, network: str | None = None) -> list[Found]:
@@ -118,12 +111,7 @@ async def find(*, timeout: float = TIMEOUT, all_ports: bool = False, network: st
 
 
 async def survey(*, timeout: float = TIMEOUT, all_ports: bool = False, network: str | None = None) -> Survey:
-    """Look for robots as :func:`find` does, and say where the search could not look.
-
-    Raises:
-        ArgumentError: *timeout* is out of its range, or *network* is not a network of this computer.
-        SimulationError: The event loop simulates time.
-    """
+    """Look for robots as :func:`find` does, and say where the search could not look."""
     timeout = check_timeout(timeout)
     addresses = [] if network is None else addresses_of(network)
     listed = await candidates(all_ports=all_ports)
@@ -137,14 +125,7 @@ async def survey(*, timeout: float = TIMEOUT, all_ports: bool = False, network: 
 
 
 def addresses_of(network: str) -> list[str]:
-    """Return the addresses of a network of this computer that others may have.
-
-    Args:
-        network: Such as ``"192.168.1.0/24"``, or ``"local"``.
-
-    Raises:
-        ArgumentError: It is not a network, too large, or this computer has no address in it.
-    """
+    """Return the addresses of a network of this computer that others may have."""
     if network == LOCAL:
         own = _own_address(_FAR_AWAY)
         if own is None:
@@ -192,11 +173,7 @@ async def _ask_address(address: str, timeout: float, places: asyncio.Semaphore) 
 
 
 async def candidates(*, all_ports: bool = False) -> Survey:
-    """List the links that may lead to a robot, and open none.
-
-    Raises:
-        SimulationError: The event loop simulates time.
-    """
+    """List the links that may lead to a robot, and open none."""
     require_real_time("looking for robots")
     return await asyncio.to_thread(_candidates, all_ports)
 
@@ -265,14 +242,8 @@ def _descriptions() -> dict[str, str]:
         ports = serialx.list_serial_ports()
     except (OSError, serialx.SerialException):
         return {}
-    return {
-        str(port.device): ", ".join(_words((port.product, port.interface_description, port.manufacturer)))
-        for port in ports
-    }
-
-
-def _words(parts: Iterable[str | None]) -> list[str]:
-    return list(dict.fromkeys(part for part in parts if part))
+    words = {str(port.device): (port.product, port.interface_description, port.manufacturer) for port in ports}
+    return {device: ", ".join(dict.fromkeys(filter(None, parts))) for device, parts in words.items()}
 
 
 def _paired() -> tuple[dict[str, str], list[str]]:

@@ -36,38 +36,27 @@ SLACK = 5.0
 """s that a motion may take longer than twice the time that its way needs at its speed."""
 FRONT = ("diagonal_left", "front_left", "front_right", "diagonal_right")
 REAR = ("rear_left", "rear_right")
+MOVING = "the robot did not confirm that it stands, so it may still be moving; the stop is repeated"
 STOPPED_BY_A_PERSON = "a person stopped the robot"
 RELEASE = "ask the person to press Continue on the robot's page; until then nothing moves"
 
 
 @dataclass
 class Outcome:
-    """How an action ended.
+    """How an action ended."""
 
-    Attributes:
-        ended: One word: ``reached``, ``obstacle``, ``fence``, ``budget``, ``time``, ``person``, ``link``, ``stopped``
-            (by the stop tool), ``cancelled``, ``busy`` or ``failed``.
-        text: The same as a sentence.
-        hint: What to try; empty where nothing needs to be tried.
-        stands: Whether the robot confirmed that it stands; True for an action that did not begin.
-        began: Whether the robot was told to move.
-        driven: Distance along the robot's own direction, backwards negative, m.
-        turned: Angle by which it turned, positive to the left, degrees.
-        seconds: How long the action took, s.
-        near: What the infrared sensors see at its end; None if they could not be read.
-        lines: What a behaviour said.
-    """
-
+    # one word: `reached`, `obstacle`, `fence`, `budget`, `time`, `person`, `link`, `stopped` (by the stop tool),
+    # `cancelled`, `busy` or `failed`
     ended: str
-    text: str
-    hint: str = ""
-    stands: bool = True
-    began: bool = True
-    driven: float = 0.0
-    turned: float = 0.0
-    seconds: float = 0.0
-    near: Proximity | None = None
-    lines: list[str] = field(default_factory=list)
+    text: str  # the same as a sentence
+    hint: str = ""  # what to try; empty where nothing needs to be tried
+    stands: bool = True  # whether the robot confirmed that it stands; True for an action that did not begin
+    began: bool = True  # whether the robot was told to move
+    driven: float = 0.0  # distance along the robot's own direction, backwards negative, m
+    turned: float = 0.0  # angle by which it turned, positive to the left, degrees
+    seconds: float = 0.0  # how long the action took, s
+    near: Proximity | None = None  # what the infrared sensors see at its end; None if they could not be read
+    lines: list[str] = field(default_factory=list)  # what a behaviour said
 
     @property
     def is_error(self) -> bool:
@@ -76,15 +65,11 @@ class Outcome:
 
 
 class CallRefused(Exception):
-    """An action that does not begin.
-
-    Attributes:
-        outcome: Why not.
-    """
+    """An action that does not begin."""
 
     def __init__(self, ended: str, text: str, hint: str = "") -> None:
         super().__init__(text)
-        self.outcome = Outcome(ended, text, hint, began=False)
+        self.outcome = Outcome(ended, text, hint, began=False)  # why not
 
 
 Motion = Callable[[ProxiedRobot], Awaitable[object]]
@@ -98,26 +83,14 @@ def nothing_seen(near: Proximity, is_ahead: bool) -> bool:
 
 
 class Driver:
-    """One robot of an agent.
-
-    Args:
-        slot: The robot's place in the panel.
-        limits: The limits of the agent.
-        budget: What is left of its budget; shared with its other robots.
-
-    Attributes:
-        slot: As given.
-        limits: As given.
-        busy: The action that has the wheels, as text; empty while none has.
-        mover: The task of the call that has the wheels; None while none has.
-    """
+    """One robot of an agent."""
 
     def __init__(self, slot: Slot, limits: Limits, budget: Budget) -> None:
         self.slot = slot
         self.limits = limits
         self.budget = budget
-        self.busy = ""
-        self.mover: asyncio.Task[object] | None = None
+        self.busy = ""  # the action that has the wheels, as text; empty while none has
+        self.mover: asyncio.Task[object] | None = None  # the task of the call that has the wheels; None while none has
         self._loop = asyncio.get_running_loop()
         self._open_air = OpenAir()
         self._end: asyncio.Future[str] | None = None
@@ -209,17 +182,10 @@ class Driver:
             self.slot.drive.halt()
         if await self._stands():
             return Outcome("stopped", "the robot stands")
-        return Outcome("link", self._moving(), "hold the robot or switch it off", stands=False)
+        return Outcome("link", MOVING, "hold the robot or switch it off", stands=False)
 
     async def motion(self, name: str, motion: Motion, longest: float, sees: Sight = nothing_seen) -> Outcome:
-        """Carry out a motion whose goal was checked before.
-
-        Args:
-            name: The call, as text.
-            motion: Moves the robot that it gets.
-            longest: s that the motion may take.
-            sees: Return whether an obstacle is in the way.
-        """
+        """Carry out a motion whose goal was checked before."""
         self.check_free()
         robot = self.slot.robot
         guard = Guard(robot.session, self.limits, lambda: self.pose, margin=0.0)
@@ -237,11 +203,7 @@ class Driver:
         return await self._act(name, guard, action, interlock.end, longest, sees)
 
     async def behaviour(self, name: str, seconds: float, options: Mapping[str, object]) -> Outcome:
-        """Run a behaviour for so many seconds, or until it ends.
-
-        Raises:
-            ArgumentError: There is no such behaviour or option, or it cannot run here.
-        """
+        """Run a behaviour for so many seconds, or until it ends."""
         self.check_free()
         runner = self.slot.runner
         guard = Guard(self.slot.robot.session, self.limits, lambda: self.pose, margin=REACTION)
@@ -271,16 +233,7 @@ class Driver:
         longest: float,
         sees: Sight,
     ) -> Outcome:
-        """Watch an action to its end, and see that the robot stands then.
-
-        Args:
-            name: The call, as text.
-            guard: Its guard.
-            action: Moves the robot.
-            halt: Lets no command of it reach the robot any more.
-            longest: s that it may take.
-            sees: Return whether an obstacle is in the way.
-        """
+        """Watch an action to its end, and see that the robot stands then."""
         self.busy, self.mover = name, asyncio.current_task()
         self._end = end = self._loop.create_future()
         began, before = self._loop.time(), self._travelled()
@@ -380,13 +333,10 @@ class Driver:
         odometry = self.slot.robot.motion.odometry
         return odometry.left, odometry.right
 
-    def _moving(self) -> str:
-        return "the robot did not confirm that it stands, so it may still be moving; the stop is repeated"
-
     def _words(self, why: str, error: BaseException | None, stands: bool) -> tuple[str, str]:
         """Return what happened as a sentence, and what to try."""
         said = error.message if isinstance(error, ElibError) else "" if error is None else type(error).__name__
-        state = "it stands" if stands else self._moving()
+        state = "it stands" if stands else MOVING
         match why:
             case "reached":
                 return "done; " + state, ""
@@ -404,18 +354,15 @@ class Driver:
                 return "a person, or another page, drives the robot now", "wait until status says that no client drives"
             case "link":
                 cause = said or (self.slot.error.message if self.slot.error is not None else "it does not answer")
-                return f"the link to the robot failed: {cause}; {state}", _link_hint(stands)
+                hint = "" if stands else "; a person should hold the robot or switch it off"
+                again = f"call status until the robot is connected, then try again{hint}"
+                return f"the link to the robot failed: {cause}; {state}", again
             case "stopped":
                 return f"the stop tool ended it; {state}", ""
             case "cancelled":
                 return f"the call was cancelled; {state}", ""
             case _:
                 return f"it failed: {said}; {state}", "correct the arguments, or choose another tool"
-
-
-def _link_hint(stands: bool) -> str:
-    again = "call status until the robot is connected, then try again"
-    return again if stands else f"{again}; a person should hold the robot or switch it off"
 
 
 def _way(before: tuple[int, int], after: tuple[int, int]) -> tuple[float, float]:

@@ -29,19 +29,13 @@ OVERSHOOT = 0.002
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The limits of one agent.
+    """The limits of one agent."""
 
-    Attributes:
-        fence: Radius of the circle around each robot's start that it may not leave, m.
-        speed: Top speed of each wheel over the floor, m/s.
-        calls: Number of calls that may reach a robot.
-        seconds: Seconds that the robots may drive, all together.
-    """
-
+    # radius of the circle around each robot's start that it may not leave, m
     fence: Annotated[float, Number(0.05, 100, "m")]
-    speed: Annotated[float, Number(0.01, FASTEST, "m/s")]
-    calls: Annotated[int, Whole(1, 1_000_000)]
-    seconds: Annotated[float, Number(1, 1_000_000, "s")]
+    speed: Annotated[float, Number(0.01, FASTEST, "m/s")]  # top speed of each wheel over the floor, m/s
+    calls: Annotated[int, Whole(1, 1_000_000)]  # number of calls that may reach a robot
+    seconds: Annotated[float, Number(1, 1_000_000, "s")]  # seconds that the robots may drive, all together
 
     def __post_init__(self) -> None:
         check(self, "the limit ")
@@ -58,19 +52,11 @@ def fastest_within(speed: float) -> int:
 
 
 class Budget:
-    """What is left of an agent's calls and seconds of driving; all its robots share it.
-
-    Args:
-        limits: The limits of the agent.
-
-    Attributes:
-        calls: Calls that are left.
-        seconds: Seconds of driving that are left.
-    """
+    """What is left of an agent's calls and seconds of driving; all its robots share it."""
 
     def __init__(self, limits: Limits) -> None:
-        self.calls = limits.calls
-        self.seconds = limits.seconds
+        self.calls = limits.calls  # calls that are left
+        self.seconds = limits.seconds  # seconds of driving that are left
 
     def spend_call(self) -> bool:
         """Spend one call; return whether one was left."""
@@ -94,14 +80,11 @@ class Guard(ForwardingChannel):
         limits: The limits of the agent.
         pose: Returns where the robot is, from its start.
         margin: Distance in s of driving that is kept to the fence; 0 for a motion whose goal was checked before.
-
-    Attributes:
-        is_over: Whether the fence has ended the action: no wheel may turn any more.
     """
 
     def __init__(self, channel: Channel, limits: Limits, pose: Callable[[], Pose], *, margin: float) -> None:
         self.hooks = Hooks()
-        self.is_over = False
+        self.is_over = False  # whether the fence has ended the action: no wheel may turn any more
         self._session = channel
         self._limits, self._pose, self._margin = limits, pose, margin
         self._speeds = (0.0, 0.0)

@@ -30,12 +30,7 @@ ENDING_TIME = 0.5
 
 
 class Pipes:
-    """One client on two file descriptors.
-
-    Args:
-        source: Descriptor from which its messages are read.
-        target: Descriptor to which answers are written.
-    """
+    """One client on two file descriptors."""
 
     def __init__(self, source: int, target: int) -> None:
         self._source, self._target = source, target

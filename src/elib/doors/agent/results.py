@@ -28,14 +28,7 @@ Data: TypeAlias = dict[str, Any]
 
 
 def answer(data: Data, text: str, *, picture: bytes = b"", is_error: bool = False) -> CallToolResult:
-    """Return the result of a call.
-
-    Args:
-        data: The structured result.
-        text: The same for a reader.
-        picture: A picture as PNG; empty for none.
-        is_error: Whether the caller has to do something about it.
-    """
+    """Return the result of a call."""
     content: list[ContentBlock] = [TextContent(text=text)]
     if picture:
         content.append(ImageContent(data=base64_of(picture), mime_type="image/png"))

@@ -49,13 +49,7 @@ may stop the robot at any time; then ask the person, and do not try to go on."""
 
 
 class Journal:
-    """Writes every call and its result: to the robot's event log, to the error output, and to a file.
-
-    Args:
-        tools: The agent's tools.
-        complaints: The error output.
-        file: Takes a line of JSON for each call; None for no file.
-    """
+    """Writes every call and its result: to the robot's event log, to the error output, and to a file."""
 
     def __init__(self, tools: Tools, complaints: Complaints, file: TextIO | None) -> None:
         self._tools, self._complaints, self._file = tools, complaints, file
@@ -91,12 +85,7 @@ class Journal:
 
 
 class AgentDoor:
-    """The MCP server of one agent.
-
-    Args:
-        tools: Its tools.
-        journal: Where calls are written.
-    """
+    """The MCP server of one agent."""
 
     def __init__(self, tools: Tools, journal: Journal) -> None:
         self._tools, self._journal = tools, journal
@@ -140,10 +129,7 @@ class AgentDoor:
     async def _carried_out(self, name: str, arguments: Mapping[str, Any], request: Any) -> CallToolResult:
         """Carry out a call in a task of its own; when its caller cancels it or is gone, its robot stops at once.
 
-        Args:
-            name: The tool.
-            arguments: Its arguments.
-            request: The request over HTTP, which knows whether its connection is closed; None for stdio.
+        A *request* over HTTP knows whether its connection is closed; over stdio there is none.
         """
         task = self._calls.begin(self._tools.call(name, arguments), f"elib agent calls {name[:80]}")
         # A caller that is gone does not ask for the error any more.
@@ -178,17 +164,7 @@ def _is_strict(arguments: Mapping[str, object]) -> bool:
 
 @contextlib.asynccontextmanager
 async def opened(urls: Sequence[str], limits: Limits, *, file: TextIO | None, view: bool) -> AsyncIterator[AgentDoor]:
-    """Connect the robots of an agent; stop and disconnect them when the block is left.
-
-    Args:
-        urls: URLs of the robots.
-        limits: What the agent may do.
-        file: Takes a line of JSON for each call; None for no file.
-        view: Whether a person watches the robots in the browser.
-
-    Raises:
-        ElibError: A robot could not be connected, or did not confirm at the end that it stands.
-    """
+    """Connect the robots of an agent; stop and disconnect them when the block is left."""
     # The SDK's own log stays off the error output, which a client may not read: a write to it could block.
     for name in ("mcp", "uvicorn", "sse_starlette"):
         logger = logging.getLogger(name)
@@ -207,13 +183,7 @@ async def opened(urls: Sequence[str], limits: Limits, *, file: TextIO | None, vi
 
 
 async def serve_pipes(door: AgentDoor, source: int, target: int) -> None:
-    """Serve one client on two file descriptors, until it closes its end, or sends much and reads nothing.
-
-    Args:
-        door: The server.
-        source: Descriptor from which messages are read.
-        target: Descriptor to which answers are written.
-    """
+    """Serve one client on two file descriptors, until it closes its end, or sends much and reads nothing."""
     pipes = Pipes(source, target)
     stdin, stdout = cast("Any", pipes.lines()), cast("Any", pipes)
     try:

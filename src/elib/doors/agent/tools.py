@@ -14,24 +14,9 @@ from pydantic import ConfigDict, Field, ValidationError
 from elib.base.body import AXLE
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.rules import nearest
+from elib.doors.agent import results
 from elib.doors.agent.driver import FRONT, OBSTACLE, REAR, SLACK, CallRefused, Driver, Outcome, is_near
 from elib.doors.agent.limits import Budget, Limits
-from elib.doors.agent.results import (
-    ENLARGED,
-    PICTURE,
-    Data,
-    acted,
-    answer,
-    budget_of,
-    colours,
-    nearness,
-    place_of,
-    png,
-    pose_of,
-    refused,
-    seen,
-    spoken,
-)
 from elib.link.protocol import values as v
 from elib.link.protocol.quantities import CameraMode
 from elib.panel.behaviours import catalogue
@@ -59,23 +44,14 @@ Function: TypeAlias = Callable[..., Awaitable[CallToolResult]]
 
 
 class Tools:
-    """The tools of one agent on the robots of a panel.
-
-    Args:
-        panel: Holds the robots; those that are added later are a person's, and not the agent's.
-        limits: What the agent may do.
-
-    Attributes:
-        drivers: The agent's robots by key.
-        budget: What is left.
-        tools: The tools by name, as the SDK describes them.
-    """
+    """The tools of one agent on the robots of a panel."""
 
     def __init__(self, panel: Panel, limits: Limits) -> None:
         self.limits = limits
-        self.budget = Budget(limits)
+        self.budget = Budget(limits)  # what is left
+        # the agent's robots by key: those that are added later are a person's
         self.drivers = {key: Driver(slot, limits, self.budget) for key, slot in panel.slots.items()}
-        self.tools: dict[str, Tool] = {}
+        self.tools: dict[str, Tool] = {}  # the tools by name, as the SDK describes them
         self._free: set[str] = set()
         self._keys = tuple(self.drivers)
         self._offer_what_reads()
@@ -91,15 +67,7 @@ class Tools:
         is_idempotent: bool = False,
         is_free: bool = False,
     ) -> Callable[[Function], Function]:
-        """Return what makes a tool of a function.
-
-        Args:
-            title: The title of the tool for people.
-            more: What follows its docstring in the description.
-            is_reading: Whether it changes nothing.
-            is_idempotent: Whether a second call after it changes nothing.
-            is_free: Whether its calls are not counted.
-        """
+        """Return what makes a tool of a function."""
 
         def offer(function: Function) -> Function:
             hints = ToolAnnotations(
@@ -130,27 +98,27 @@ class Tools:
         """Carry out a call; what is wrong with it, and an error of a robot, becomes a result that says so."""
         tool = self.tools.get(name)
         if tool is None:
-            return refused(ArgumentError(f"there is no tool {name[:80]!r}", hint=nearest(name, self.tools)))
+            return results.refused(ArgumentError(f"there is no tool {name[:80]!r}", hint=nearest(name, self.tools)))
         try:
             checked = tool.fn_metadata.validate_arguments(dict(arguments))
         except ValidationError as error:
-            return refused(ArgumentError(f"{name} was called with wrong arguments: {_mistakes(error)}"))
+            return results.refused(ArgumentError(f"{name} was called with wrong arguments: {_mistakes(error)}"))
         key = checked.get("robot", self._keys[0])
         if name not in self._free and not self.budget.spend_call():
             outcome = Outcome("budget", "no calls are left", "report to the person what was found", began=False)
-            return acted(key, self.drivers[key], outcome)
+            return results.acted(key, self.drivers[key], outcome)
         try:
             done: CallToolResult = await tool.fn(**checked)
         except CallRefused as refusal:
-            return acted(key, self.drivers[key], refusal.outcome)
+            return results.acted(key, self.drivers[key], refusal.outcome)
         except ArgumentError as error:
-            return refused(error)
+            return results.refused(error)
         except ElibError as error:
             state = _state(self.drivers[key].slot)
             hint = error.hint or "call status until the robot is connected, then try again"
             text = f"{name} failed: {error.message}; {state}. Try: {hint}"
-            data: Data = {"ended": "link", "message": error.message, "hint": hint, "state": state}
-            return answer(data, text, is_error=True)
+            data: results.Data = {"ended": "link", "message": error.message, "hint": hint, "state": state}
+            return results.answer(data, text, is_error=True)
         return done
 
     # -- what only reads --
@@ -166,11 +134,12 @@ class Tools:
             lines = []
             for key, driver in self.drivers.items():
                 slot = driver.slot
-                kind = "virtual" if _is_virtual(slot) else "real"
+                is_virtual = slot.url.startswith(("sim://", "replay://"))
+                kind = "virtual" if (virtual(slot.robot) if slot.is_connected else is_virtual) else "real"
                 firmware, state = slot.firmware, slot.phase.value
                 found.append({"robot": key, "name": slot.name, "kind": kind, "firmware": firmware, "state": state})
                 lines.append(f"robot {key}: {slot.name}, {kind}, {firmware or 'firmware unknown'}, {state}")
-            return answer({"robots": found}, "\n".join(lines))
+            return results.answer({"robots": found}, "\n".join(lines))
 
         @self._tool("State of a robot", is_reading=True, is_free=True)
         async def status(robot: Robot = keys[0]) -> CallToolResult:
@@ -187,16 +156,16 @@ class Tools:
             """Read all sensors once, with their units. The robot does not move."""
             driver = self.drivers[robot]
             sensors = await driver.slot.robot.sensors()
-            found: Data = {}
+            found: results.Data = {}
             lines = []
             for info in v.describe(v.Sensors, v.Role.NUMBER):
                 reading = getattr(sensors, info.name)
                 if isinstance(reading, v.Reading):
-                    values, units, said = spoken(reading)
+                    values, units, said = results.spoken(reading)
                     found[info.name] = {**values, "units": units}
                     lines.append(f"{info.words}: {said}")
-            lines.append(seen(nearness(driver.near(sensors.proximity))))
-            return answer({"robot": robot, "pose": pose_of(driver), "sensors": found}, "\n".join(lines))
+            lines.append(results.seen(results.nearness(driver.near(sensors.proximity))))
+            return results.answer({"robot": robot, "pose": results.pose_of(driver), "sensors": found}, "\n".join(lines))
 
         @self._tool("Take a picture", is_reading=True)
         async def look(robot: Robot = keys[0]) -> CallToolResult:
@@ -220,12 +189,12 @@ class Tools:
             who = "no client"
         stands = not slot.drive.may_move
         ahead, behind = driver.way_to_fence(), driver.way_to_fence(backwards=True)
-        near = nearness(driver.near(slot.readings.get("proximity")))
-        data: Data = {
+        near = results.nearness(driver.near(slot.readings.get("proximity")))
+        data: results.Data = {
             "robot": key,
             "connected": slot.phase.value == "connected",
             "state": slot.phase.value,
-            "pose": pose_of(driver),
+            "pose": results.pose_of(driver),
             "fence": {
                 "radius": self.limits.fence,
                 "distance_from_start": round(driver.distance, 3),
@@ -233,7 +202,7 @@ class Tools:
                 "behind": round(behind, 3),
             },
             "speed_limit": self.limits.speed,
-            "budget": budget_of(driver),
+            "budget": results.budget_of(driver),
             "drives": who,
             "stopped_by_person": driver.is_latched,
             "stands": stands,
@@ -242,13 +211,13 @@ class Tools:
         if slot.error is not None and not slot.is_connected:
             data["message"] = slot.error.message
         text = (
-            f"Robot {key} is {slot.phase.value} at {place_of(driver)}; {'it stands' if stands else 'it moves'}. {who} "
-            f"drives. Fence: {ahead:.2f} m ahead, {behind:.2f} m behind. Left: {self.budget.calls} calls, "
+            f"Robot {key} is {slot.phase.value} at {results.place_of(driver)}; {'it stands' if stands else 'it moves'}."
+            f" {who} drives. Fence: {ahead:.2f} m ahead, {behind:.2f} m behind. Left: {self.budget.calls} calls, "
             f"{self.budget.seconds:.0f} s of driving."
         )
         if driver.is_latched:
             text += " A person stopped the robot: ask the person to press Continue on its page."
-        return answer(data, text)
+        return results.answer(data, text)
 
     async def _look(self, key: str) -> CallToolResult:
         driver = self.drivers[key]
@@ -257,26 +226,26 @@ class Tools:
             zooms = context.profile.zooms
             zoom = WIDEST if zooms is None else max(each for each in zooms if each <= WIDEST)
             last = context.last_set.camera
-            wanted = (CameraMode.COLOUR, *PICTURE, zoom)
+            wanted = (CameraMode.COLOUR, *results.PICTURE, zoom)
             if last is None or (last.mode, last.width, last.height, last.zoom) != wanted:
-                await driver.slot.set_camera(*PICTURE, zoom, CameraMode.COLOUR)
+                await driver.slot.set_camera(*results.PICTURE, zoom, CameraMode.COLOUR)
         picture = await driver.slot.take_picture()
-        image, areas = await asyncio.to_thread(lambda: (png(picture), colours(picture)))
+        image, areas = await asyncio.to_thread(lambda: (results.png(picture), results.colours(picture)))
         view = math.degrees(picture.bearing(-0.5) - picture.bearing(picture.width - 0.5))
-        data: Data = {
+        data: results.Data = {
             "robot": key,
-            "pose": pose_of(driver),
+            "pose": results.pose_of(driver),
             "width": picture.width,
             "height": picture.height,
-            "scale": ENLARGED if picture.width <= 2 * PICTURE[0] else 1,
+            "scale": results.ENLARGED if picture.width <= 2 * results.PICTURE[0] else 1,
             "view": round(view, 1),
             "colours": {each: {"direction": where, "share": width} for each, (where, width) in areas.items()},
         }
         text = (
             f"Picture of {picture.width} x {picture.height} pixels, {view:.0f} degrees from left to right, taken at "
-            f"{place_of(driver)}. "
+            f"{results.place_of(driver)}. "
         ) + (", ".join(f"{each} at {where:+.0f} degrees" for each, (where, _) in areas.items()) or "No colours.")
-        return answer(data, text, picture=image)
+        return results.answer(data, text, picture=image)
 
     # -- what drives --
 
@@ -326,7 +295,7 @@ class Tools:
                 2 * abs(distance) / speed + SLACK,
                 lambda near, is_ahead: stop_at_obstacle and is_near(near, sensors),
             )
-            return acted(robot, driver, outcome)
+            return results.acted(robot, driver, outcome)
 
         @self._tool("Turn on the spot")
         async def turn(
@@ -348,7 +317,7 @@ class Tools:
                 lambda mover: mover.turn(math.radians(angle), turn_rate=math.radians(speed)),
                 2 * abs(angle) / speed + SLACK,
             )
-            return acted(robot, driver, outcome)
+            return results.acted(robot, driver, outcome)
 
         @self._tool("Go to a place", within, is_idempotent=True)
         async def go_to(
@@ -375,7 +344,7 @@ class Tools:
                 2 * (way / speed + math.tau / turn_rate) + SLACK,
                 lambda near, is_ahead: stop_at_obstacle and is_ahead and is_near(near, FRONT),
             )
-            return acted(robot, driver, outcome)
+            return results.acted(robot, driver, outcome)
 
     # -- behaviours, LEDs and the stop --
 
@@ -409,7 +378,7 @@ class Tools:
             Speed limit and fence hold; near the fence it ends. The behaviours:
             """
             driver = self.drivers[robot]
-            return acted(robot, driver, await driver.behaviour(name, seconds, parameters or {}))
+            return results.acted(robot, driver, await driver.behaviour(name, seconds, parameters or {}))
 
         @self._tool("Set the LEDs", is_idempotent=True)
         async def set_leds(
@@ -433,7 +402,7 @@ class Tools:
                 await slot.command("set_body_led", int(body))
             if front is not None:
                 await slot.command("set_front_led", int(front))
-            return answer({"robot": robot, "ended": "reached"}, "The LEDs are set.")
+            return results.answer({"robot": robot, "ended": "reached"}, "The LEDs are set.")
 
         @self._tool("Stop at once", is_idempotent=True, is_free=True)
         async def stop(robot: Everyone = keys[0]) -> CallToolResult:
@@ -441,11 +410,11 @@ class Tools:
             stopped = keys if robot == "all" else (robot,)
             outcomes = await asyncio.gather(*(self.drivers[key].stop() for key in stopped))
             if len(stopped) == 1:
-                return acted(stopped[0], self.drivers[stopped[0]], outcomes[0])
+                return results.acted(stopped[0], self.drivers[stopped[0]], outcomes[0])
             found = dict(zip(stopped, outcomes, strict=True))
             stands = {key: each.stands for key, each in found.items()}
             texts = [f"robot {key}: {each.text}" for key, each in found.items()]
-            return answer({"stands": stands}, "\n".join(texts), is_error=not all(stands.values()))
+            return results.answer({"stands": stands}, "\n".join(texts), is_error=not all(stands.values()))
 
 
 def _mistakes(error: ValidationError) -> str:
@@ -459,7 +428,3 @@ def _state(slot: Slot) -> str:
     if not slot.drive.may_move:
         return "the robot stands" if slot.is_connected else f"the robot is {slot.phase.value}, and stood before"
     return "the robot may still be moving; the stop is repeated until it confirms"
-
-
-def _is_virtual(slot: Slot) -> bool:
-    return virtual(slot.robot) is not None if slot.is_connected else slot.url.startswith(("sim://", "replay://"))

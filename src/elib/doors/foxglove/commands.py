@@ -45,11 +45,7 @@ class Steering(msgspec.Struct, forbid_unknown_fields=True):
     angular: Vector | float | None = None
 
     def wheels(self) -> tuple[float, float]:
-        """Return the speeds of the left and the right wheel, m/s.
-
-        Raises:
-            ArgumentError: The message has neither both wheels nor a Twist, or a number is not finite.
-        """
+        """Return the speeds of the left and the right wheel, m/s."""
         if self.left is not None and self.right is not None and self.linear is None and self.angular is None:
             speeds = self.left, self.right
         elif self.linear is not None and self.angular is not None and self.left is None and self.right is None:
@@ -64,18 +60,13 @@ class Steering(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Leds(msgspec.Struct, forbid_unknown_fields=True):
-    """What LEDs show; what is left out stays.
+    """What LEDs show; what is left out stays."""
 
-    Attributes:
-        ring: Whether each of the eight LEDs of the ring is on, clockwise from the front.
-        body: Whether the green light of the body is on.
-        front: Whether the red light in front is on.
-        colours: Red, green and blue, 0 to 1, of the LEDs 1, 3, 5 and 7 of an e-puck2.
-    """
-
+    # whether each of the eight LEDs of the ring is on, clockwise from the front
     ring: Annotated[list[bool], Meta(min_length=RING, max_length=RING)] | None = None
-    body: bool | None = None
-    front: bool | None = None
+    body: bool | None = None  # whether the green light of the body is on
+    front: bool | None = None  # whether the red light in front is on
+    # red, green and blue, 0 to 1, of the LEDs 1, 3, 5 and 7 of an e-puck2
     colours: Annotated[list[tuple[Share, Share, Share]], Meta(min_length=4, max_length=4)] | None = None
 
     def commands(self) -> list[tuple[str, tuple[object, ...]]]:
@@ -98,9 +89,7 @@ class Leds(msgspec.Struct, forbid_unknown_fields=True):
 class Commands:
     """Carries out what clients publish for one robot, behind its drive lock.
 
-    Args:
-        slot: The robot.
-        complain: Called with why a message was refused, and with an empty text when one was carried out.
+    It tells *complain* why a message was refused, and an empty text when one was carried out.
     """
 
     def __init__(self, slot: Slot, complain: Callable[[str], object]) -> None:

@@ -66,12 +66,7 @@ def hidden_host() -> str:
 
 @contextlib.asynccontextmanager
 async def opened(panel: Panel, address: Address) -> AsyncIterator[FoxgloveDoor]:
-    """Serve the robots of a panel to Foxglove until the block is left.
-
-    Args:
-        panel: The robots; all that are there now.
-        address: A port of this computer; its socket is closed, for the SDK opens its own there.
-    """
+    """Serve the robots of a panel to Foxglove until the block is left, at a port whose socket the SDK opens again."""
     # The SDK writes what is wrong with clients' messages to the terminal, which strangers should not be able to fill.
     foxglove.set_log_level(logging.CRITICAL)
     door = FoxgloveDoor(panel)
@@ -90,9 +85,6 @@ class FoxgloveDoor(ServerListener):
 
     The methods that begin with ``on_`` are called in threads of the SDK. They only note what came; the event loop
     carries it out.
-
-    Args:
-        panel: The robots.
     """
 
     def __init__(self, panel: Panel) -> None:

@@ -15,11 +15,7 @@ NAMES = tuple(topic.name for topic in TOPICS) + CLIENT_TOPICS
 
 
 def layout_of(prefixes: Sequence[str]) -> str:
-    """Return the layout as JSON, with a tab for each robot if there are several.
-
-    Args:
-        prefixes: What stands before the topics of each robot; one empty text for a single robot.
-    """
+    """Return the layout as JSON, with a tab for each robot if there are several, by what stands before its topics."""
     text = files("elib.doors.foxglove").joinpath("layout.json").read_text("utf-8")
     if tuple(prefixes) == ("",):
         return text

@@ -24,22 +24,6 @@ def _fastest(slot: Slot) -> float:
     return slot.drive.fastest * WHEEL_CIRCUMFERENCE
 
 
-def _set_top_speed(slot: Slot, value: object) -> None:
-    slot.drive.limit_to(Number(0.0, _fastest(slot), "m/s").require(value, "it") / _fastest(slot))
-
-
-def _set_camera(slot: Slot, value: object) -> None:
-    slot.watch_camera(LIVE if Flag().require(value, "it") else None)
-
-
-def _set_paused(slot: Slot, value: object) -> None:
-    slot.playback.pause(on=Flag().require(value, "it"))
-
-
-def _set_position(slot: Slot, value: object) -> None:
-    slot.playback.seek(Number(0.0, slot.playback.length, "s").require(value, "it"))
-
-
 OF_EVERY_ROBOT = {
     "/name": Setting(lambda slot: slot.name),
     "/state": Setting(lambda slot: slot.phase.value),
@@ -47,27 +31,36 @@ OF_EVERY_ROBOT = {
 OF_ROBOTS = OF_EVERY_ROBOT | {
     "/firmware": Setting(lambda slot: slot.firmware),
     "/driver": Setting(lambda slot: slot.drive.driver),  # empty while no client or page drives
-    "/top_speed": Setting(lambda slot: round(slot.drive.limit * _fastest(slot), 6), _set_top_speed),  # of a wheel, m/s
+    "/top_speed": Setting(  # of a wheel, m/s
+        lambda slot: round(slot.drive.limit * _fastest(slot), 6),
+        lambda slot, value: slot.drive.limit_to(
+            Number(0.0, _fastest(slot), "m/s").require(value, "it") / _fastest(slot)
+        ),
+    ),
     "/rate": Setting(lambda slot: slot.watcher.rate, lambda slot, value: slot.watcher.watch_sensors(value)),  # Hz
-    "/camera": Setting(lambda slot: slot.watcher.pictures is not None, _set_camera),
+    "/camera": Setting(
+        lambda slot: slot.watcher.pictures is not None,
+        lambda slot, value: slot.watch_camera(LIVE if Flag().require(value, "it") else None),
+    ),
     # s between two pictures; setting it switches the camera on
     "/picture_period": Setting(
         lambda slot: float(slot.watcher.pictures or LIVE), lambda slot, value: slot.watch_camera(value)
     ),
 }
 OF_RECORDINGS = OF_EVERY_ROBOT | {
-    "/paused": Setting(lambda slot: slot.is_playing and slot.playback.is_paused, _set_paused),
-    "/position": Setting(lambda slot: round(slot.playback.at, 1) if slot.is_playing else 0.0, _set_position),  # s
+    "/paused": Setting(
+        lambda slot: slot.is_playing and slot.playback.is_paused,
+        lambda slot, value: slot.playback.pause(on=Flag().require(value, "it")),
+    ),
+    "/position": Setting(  # s
+        lambda slot: round(slot.playback.at, 1) if slot.is_playing else 0.0,
+        lambda slot, value: slot.playback.seek(Number(0.0, slot.playback.length, "s").require(value, "it")),
+    ),
 }
 
 
 class Parameters:
-    """The parameters of one robot.
-
-    Args:
-        slot: The robot.
-        prefix: Stands before their names.
-    """
+    """The parameters of one robot."""
 
     def __init__(self, slot: Slot, prefix: str) -> None:
         self._slot = slot
@@ -80,11 +73,7 @@ class Parameters:
         return {name: setting.read(self._slot) for name, setting in self._settings.items()}
 
     def change(self, name: str, value: Value) -> None:
-        """Set one of them.
-
-        Raises:
-            ElibError: It is not one of this robot, it can only be read, or the value is wrong.
-        """
+        """Set one of them."""
         setting = self._settings[name]
         if setting.change is None:
             raise ArgumentError("it can only be read")

@@ -17,17 +17,7 @@ from elib.link.protocol.values import Reading
 from elib.link.session import Noted
 from elib.panel.playback import Playback
 from elib.panel.slot import Slot
-from elib.records.messages import (
-    ERROR,
-    INFORMATION,
-    Event,
-    Located,
-    Message,
-    Translator,
-    channel_of,
-    json_of,
-    reading_messages,
-)
+from elib.records import messages
 from elib.records.reader import Entry
 from elib.records.recorder import Tap
 from elib.records.topics import MEASURED, ODOMETRY, PICTURES, READINGS, TOPICS, TRANSFORM, Data
@@ -42,13 +32,7 @@ _BY_NAME = {topic.name: topic for topic in TOPICS}
 
 
 class Topics:
-    """Publishes what happens to one robot, in the panel's event loop.
-
-    Args:
-        slot: The robot.
-        prefix: Stands before the names of its topics and frames; empty if there is no other robot.
-        context: The SDK's context.
-    """
+    """Publishes what happens to one robot, in the panel's event loop."""
 
     def __init__(self, slot: Slot, prefix: str, context: Context) -> None:
         self._slot, self._prefix, self._context = slot, prefix, context
@@ -57,7 +41,7 @@ class Topics:
         for topic in TOPICS:
             if topic.schema is not None:
                 self._register((topic.name, ""), topic.name, topic.schema_name, topic.schema)
-        self._translator = Translator()
+        self._translator = messages.Translator()
         self._robot: Epuck | None = None
         self._tap: Tap | None = None
         self._playback: Playback | None = None
@@ -77,7 +61,7 @@ class Topics:
             self.leave()
             self._robot = robot
             if robot is not None:
-                self._translator = Translator()
+                self._translator = messages.Translator()
                 self._tap = Tap(robot, self._hear, robot.time, self.leave)
         playback = slot.playback if slot.is_playing else None
         if playback is not self._playback:
@@ -92,25 +76,25 @@ class Topics:
             self._tap.leave()
             self._tap = None
 
-    def _hear(self, item: tuple[float, Event]) -> None:
+    def _hear(self, item: tuple[float, messages.Event]) -> None:
         if not isinstance(item[1], Noted):  # the event log has that line, too
             self._put(item)
 
-    def _put(self, item: tuple[float, Event]) -> None:
+    def _put(self, item: tuple[float, messages.Event]) -> None:
         for message in self._translator.messages(*item):
             self._publish(message)
 
-    def _publish(self, message: Message) -> None:
+    def _publish(self, message: messages.Message) -> None:
         key = (message.topic.name, message.reading)
         channel = self._channels.get(key)
         if channel is None:
-            channel = self._register(key, *channel_of(message))
+            channel = self._register(key, *messages.channel_of(message))
         if not channel.has_sinks():
             return
         moment = self._epoch + round(message.time * 1e9)
         if self._prefix and isinstance(message.data, Data):
             message = message._replace(data=self._renamed(message.data))
-        channel.log(json_of(message, moment), log_time=moment)
+        channel.log(messages.json_of(message, moment), log_time=moment)
 
     def _renamed(self, data: Data) -> Data:
         """Return data whose frames are this robot's own, beside those of the others."""
@@ -131,7 +115,9 @@ class Topics:
         self._lines = log.count
         for line in list(log.lines)[len(log.lines) - new :]:
             if self._tap is None or line.kind not in OF_THE_LINK:
-                self._put((line.time, Noted(line.text, line.kind, ERROR if line.is_bad else INFORMATION)))
+                self._put(
+                    (line.time, Noted(line.text, line.kind, messages.ERROR if line.is_bad else messages.INFORMATION))
+                )
 
     # -- recordings --
 
@@ -141,7 +127,7 @@ class Topics:
 
         def read(name: str, value: Reading | Image) -> None:
             before(name, value)
-            for message in reading_messages(value.time, name, value):
+            for message in messages.reading_messages(value.time, name, value):
                 self._publish(message)
 
         playback.on_reading, playback.on_entry = read, self._replay
@@ -156,11 +142,11 @@ class Topics:
             if topic in (MEASURED, ODOMETRY):
                 self._has_measured |= topic is MEASURED
                 place = entry.pose
-                located = Located(
+                located = messages.Located(
                     Pose(place.x, place.y, place.heading, time=now),
                     is_measured=topic is MEASURED,
                     moves_frame=self._has_measured == (topic is MEASURED),
                 )
                 self._put((now, located))
             elif topic.form is not None and topic is not TRANSFORM:
-                self._publish(Message(now, topic, msgspec.convert({**entry.data, "time": now}, topic.form)))
+                self._publish(messages.Message(now, topic, msgspec.convert({**entry.data, "time": now}, topic.form)))

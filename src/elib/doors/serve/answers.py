@@ -95,11 +95,7 @@ ROLES = (Role.NUMBER, Role.CONVERTED, Role.PHYSICAL)
 
 
 def plain(value: object) -> Json:
-    """Return the result of a command as objects, lists, numbers and texts; a picture has its pixels as a PNG file.
-
-    Raises:
-        Unsupported: A picture is in YUV, which elib does not decode.
-    """
+    """Return the result of a command as objects, lists, numbers and texts; a picture has its pixels as a PNG file."""
     match value:
         case Reading():
             found = {name: plain(getattr(value, name)) for name in _names(type(value))}  # type: ignore[arg-type]  # classes have hashes

@@ -14,17 +14,7 @@ from msgspec import Meta
 
 from elib import __version__
 from elib.base.errors import ArgumentError, ElibError, LinkClosed, LinkLost, MotionInterrupted
-from elib.doors.serve.answers import (
-    PROTOCOL,
-    Driven,
-    Event,
-    Readings,
-    RobotInfo,
-    Watched,
-    Welcome,
-    all_plain,
-    plain,
-)
+from elib.doors.serve import answers
 from elib.link.protocol.image import Image
 from elib.link.protocol.values import Reading
 from elib.panel import lifecycle
@@ -128,7 +118,7 @@ class Client(Caller):
         token: Annotated[
             str, Meta(max_length=200, description="The token that the door printed, if it asks for one.")
         ] = "",
-    ) -> Welcome:
+    ) -> answers.Welcome:
         """Say who connects, and ask which robots there are. It comes first where a token is needed."""
         access = self._access
         if access.token is not None and not self.is_let_in:
@@ -142,7 +132,7 @@ class Client(Caller):
             raise ArgumentError("the name has characters that cannot be shown")
         self._name = name or self._name
         robots = [
-            RobotInfo(
+            answers.RobotInfo(
                 robot=key,
                 name=slot.name,
                 url=slot.url,
@@ -152,7 +142,7 @@ class Client(Caller):
             )
             for key, slot in self.panel.slots.items()
         ]
-        return Welcome(PROTOCOL, __version__, robots)
+        return answers.Welcome(answers.PROTOCOL, __version__, robots)
 
     # -- driving --
 
@@ -194,9 +184,9 @@ class Client(Caller):
         slot.drive.leave(self.key)
 
     @DOOR_MESSAGES.request()
-    def beat(self) -> Driven:
+    def beat(self) -> answers.Driven:
         """Say that the program is still there. The result names the robots that it drives."""
-        return Driven([key for key, slot in self.panel.slots.items() if slot.drive.driver == self.key])
+        return answers.Driven([key for key, slot in self.panel.slots.items() if slot.drive.driver == self.key])
 
     async def command(self, key: str, entry: CatalogueEntry, arguments: Sequence[object]) -> object:
         """Send a command to a robot and return its answer."""
@@ -209,7 +199,7 @@ class Client(Caller):
                     f"{entry.name} was not sent: somebody has stopped the robot", hint='send {"do": "drive"} to go on'
                 )
         try:
-            return plain(await slot.command(entry.name, *arguments, page=self.key))
+            return answers.plain(await slot.command(entry.name, *arguments, page=self.key))
         finally:
             if slot.drive.driver == self.key:
                 self._mind(slot)
@@ -281,7 +271,7 @@ class Client(Caller):
             Meta(max_length=len(WATCHABLE), description="Names of the readings; all sensors of the firmware if empty."),
         ] = (),
         rate: Annotated[float, Meta(ge=SLOWEST, le=FASTEST, description="Messages a second, Hz.")] = 20.0,
-    ) -> Watched:
+    ) -> answers.Watched:
         """Ask for readings again and again: a ``readings`` message comes so many times a second, or as fast as the link is.
 
         Several watches of one robot differ in their readings; the same readings again only change the rate.
@@ -295,7 +285,7 @@ class Client(Caller):
         if (old := self._watches.pop(where, None)) is not None:
             old.cancel()
         self._watches[where] = self._loop.create_task(self._watch(*where, float(rate)), name="elib serve watches")
-        return Watched(names, rate)
+        return answers.Watched(names, rate)
 
     async def _watch(self, key: str, names: tuple[str, ...], rate: float) -> None:
         """Tell what a robot reads until it is disconnected; a program that does not read misses old readings."""
@@ -306,7 +296,11 @@ class Client(Caller):
             if self.is_behind:
                 missed += 1
             else:
-                await self.tell(Readings(robot=key, time=round(time, 6), readings=all_plain(readings), missed=missed))
+                await self.tell(
+                    answers.Readings(
+                        robot=key, time=round(time, 6), readings=answers.all_plain(readings), missed=missed
+                    )
+                )
 
         while (slot := self.panel.slots.get(key)) is not None and slot.phase not in (Phase.DISCONNECTED, Phase.FAILED):
             pause = AGAIN
@@ -362,7 +356,7 @@ class Client(Caller):
                 for number, line in enumerate(new, count - len(new)):
                     if self.is_behind:
                         break
-                    event = Event(
+                    event = answers.Event(
                         robot=key,
                         time=round(line.time, 6),
                         kind=line.kind,

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import re
 import socket
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 
 from aiohttp import web
 
@@ -33,20 +33,10 @@ ORIGIN = re.compile(r"https?://(\[[0-9a-f:.]+\]|[a-z0-9._-]+)(:[0-9]{1,5})?", re
 
 
 class ProgramDoor:
-    """The address for programs.
-
-    Args:
-        origins: Sites whose pages may connect, such as ``https://example.org``; ``null`` for pages from files.
-
-    Attributes:
-        path: The path of its address.
-
-    Raises:
-        ArgumentError: An origin is not one.
-    """
+    """The address for programs."""
 
     def __init__(self, origins: Sequence[str] = ()) -> None:
-        self.path = PATH
+        self.path = PATH  # the path of its address
         for each in origins:
             if each != "null" and not ORIGIN.fullmatch(each):
                 raise ArgumentError(
@@ -56,15 +46,6 @@ class ProgramDoor:
         full = f"{MAX_PROGRAMS} programs are connected, and no more can be."
         self._callers = Callers(self._client, MAX_PROGRAMS, full, (MESSAGES, MESSAGES_AT_ONCE))
         self._server: Server | None = None
-
-    @property
-    def programs(self) -> int:
-        """The number of programs that are connected."""
-        return len(self._clients)
-
-    @property
-    def _clients(self) -> Mapping[web.WebSocketResponse, Client]:
-        return self._callers.open
 
     def _client(self, connection: Socket) -> Client:
         assert self._server is not None
@@ -114,13 +95,6 @@ async def serve(
     on_ready: Callable[[str, str], object] = print,
 ) -> None:
     """Serve robots to programs, and the panel's page to a person, until Ctrl-C, SIGTERM or SIGHUP; then stop them.
-
-    Args:
-        address: A bound port.
-        urls: URLs of the robots.
-        token: What programs and browsers must show; None asks for nothing.
-        origins: Sites whose pages may connect.
-        on_ready: Called with the address for programs and the one of the page, when all robots are connected.
 
     Raises:
         ArgumentError: A URL is wrong.

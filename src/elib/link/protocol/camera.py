@@ -25,23 +25,14 @@ LINE_SLOTS = 330
 
 @dataclass(frozen=True, slots=True)
 class CameraWindow:
-    """A window of the camera chip, as the firmware asks for it.
+    """A window of the camera chip, as the firmware asks for it."""
 
-    Attributes:
-        mode: 0 grey, 1 RGB565, 2 YUV.
-        width: Columns of the picture as the chip delivers it.
-        height: Rows of the picture as the chip delivers it.
-        zoom: Sensor pixels per picture pixel, each way.
-        x: Left edge of the window on the 640 x 480 sensor.
-        y: Upper edge of the window on the sensor.
-    """
-
-    mode: int
-    width: int
-    height: int
-    zoom: int
-    x: int
-    y: int
+    mode: int  # 0 grey, 1 RGB565, 2 YUV
+    width: int  # columns of the picture as the chip delivers it
+    height: int  # rows of the picture as the chip delivers it
+    zoom: int  # sensor pixels per picture pixel, each way
+    x: int  # left edge of the window on the 640 x 480 sensor
+    y: int  # upper edge of the window on the sensor
 
 
 DEFAULT_WINDOW = CameraWindow(CameraMode.COLOUR, 40, 40, 8, 160, 80)
@@ -54,15 +45,11 @@ class WindowRefused(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class CameraDriver:
-    """One chip's driver.
+    """One chip's driver."""
 
-    Attributes:
-        chip: The chip's name.
-        window: Takes mode, columns, rows, zoom, and the corner's x and y, each of them a number or :data:`CENTRED`.
-            Returns the window, or raises :class:`WindowRefused`.
-    """
-
-    chip: str
+    chip: str  # the chip's name
+    # takes mode, columns, rows, zoom, and the corner's x and y, each of them a number or CENTRED. Returns the window,
+    # or raises WindowRefused.
     window: Callable[[int, int, int, int, int, int], CameraWindow]
 
 

@@ -36,27 +36,17 @@ class Hue(enum.IntEnum):
 
 
 class Blob(NamedTuple):
-    """An area of one colour in a picture.
+    """An area of one colour in a picture."""
 
-    Attributes:
-        pixels: How many it has.
-        column: The mean of their columns; 0 is the left one.
-        row: The mean of their rows; 0 is the upper one.
-        left: Its first column.
-        right: Its last column.
-        share: Share of the picture that it takes, 0 to 1.
-        bearing: Direction in which the camera sees its middle column, rad from straight ahead, positive to the left.
-        width: Angle from its left to its right edge, rad.
-    """
-
-    pixels: int
-    column: float
-    row: float
-    left: int
-    right: int
+    pixels: int  # how many it has
+    column: float  # the mean of their columns; 0 is the left one
+    row: float  # the mean of their rows; 0 is the upper one
+    left: int  # its first column
+    right: int  # its last column
     share: float
+    # direction in which the camera sees its middle column, rad from straight ahead, positive to the left
     bearing: float
-    width: float
+    width: float  # angle from its left to its right edge, rad
 
 
 class Grey:

@@ -123,16 +123,6 @@ class HostConnection:
     Args:
         context: Profile, origin and memory of this connection.
         version: The robot's answer to ``V``, its first line without ``v,``: the first probe waits for exactly this.
-
-    Attributes:
-        context: Profile, origin and memory of this connection.
-        state: The state of the connection.
-        needs_silence: Whether a resync has to wait until the line is quiet: what may still come has no framing.
-        is_overtaken: Whether something was sent past the request or probe under way.
-        has_greeted: Whether the robot has restarted since the request under way was sent.
-        busy_time: Longest time that the robot may be busy with what was abandoned, s.
-        received_bytes: Bytes that came so far.
-        probe_answer_bytes: Bytes of the answer to the last probe.
     """
 
     is_stream = False
@@ -140,14 +130,15 @@ class HostConnection:
     is_tidying = False
 
     def __init__(self, context: Context, version: str = "") -> None:
-        self.context = context
+        self.context = context  # profile, origin and memory of this connection
         self.state = State.IDLE
+        # whether a resync has to wait until the line is quiet: what may still come has no framing
         self.needs_silence = False
-        self.is_overtaken = False
-        self.has_greeted = False
-        self.busy_time = 0.0
-        self.received_bytes = 0
-        self.probe_answer_bytes = 0
+        self.is_overtaken = False  # whether something was sent past the request or probe under way
+        self.has_greeted = False  # whether the robot has restarted since the request under way was sent
+        self.busy_time = 0.0  # longest time that the robot may be busy with what was abandoned, s
+        self.received_bytes = 0  # bytes that came so far
+        self.probe_answer_bytes = 0  # bytes of the answer to the last probe
         self._request: Request[object] | None = None
         self._buffer = bytearray()
         self._events: deque[Event] = deque()

@@ -21,11 +21,7 @@ NUMBER = re.compile(r"-?[0-9]{1,9}")
 
 @dataclass(frozen=True, slots=True)
 class Verbatim:
-    """The lines of an answer as they came.
-
-    Attributes:
-        shape: The shape of the command's answer, which tells where it ends; None for one line.
-    """
+    """The lines of an answer as they came."""
 
     shape: Reply[object] | None
     is_binary = False

@@ -20,26 +20,17 @@ _SPACES = b" \t\n\v\f\r"
 
 @dataclass(frozen=True, slots=True)
 class TextLine:
-    """A complete text command.
+    """A complete text command."""
 
-    Attributes:
-        line: Everything from the first byte to the CR or LF that ended it, both included.
-    """
-
-    line: bytes
+    line: bytes  # everything from the first byte to the CR or LF that ended it, both included
 
 
 @dataclass(frozen=True, slots=True)
 class Opcode:
-    """A binary command with all its parameters; the session stays open.
+    """A binary command with all its parameters; the session stays open."""
 
-    Attributes:
-        code: The byte on the wire, 0x80..0xFF.
-        parameters: The bytes that followed it.
-    """
-
-    code: int
-    parameters: bytes
+    code: int  # the byte on the wire, 0x80..0xFF
+    parameters: bytes  # the bytes that followed it
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,39 +44,24 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Spec(Generic[T]):
-    """One row of the table.
-
-    Attributes:
-        name: The name of the method.
-        signature: Its signature, without ``self``.
-        parameters: Its arguments with units and ranges; ``clip`` of ``set_speed()``
-            has none, and is not on the wire.
-        text: Its usual text form, or None.
-        binary: Its usual binary form, or None. It is sent if there is no text form, or with others in one frame.
-        wifi: Its form over Wi-Fi, or None.
-        timeout: Seconds that a call waits for its answer by default.
-        urgent: Whether it goes first among the waiting calls.
-        replaces: Names of rows; a call takes the place of their calls that are not sent yet.
-        remember: Called with a confirmed call, to note what it has set.
-        doc: Its docstring, without the example.
-        example: What is typed at Python's prompt, and what that prints.
-        is_reading: Whether it returns a value and changes nothing.
-        wheels: What it does to the wheels: after ``drive`` they may turn, after ``stop`` they stand; empty if nothing.
-    """
+    """One row of the table."""
 
     name: str
-    signature: inspect.Signature
+    signature: inspect.Signature  # its signature, without `self`
+    # its arguments with units and ranges; `clip` of `set_speed()` has none, and is not on the wire
     parameters: tuple[Parameter, ...]
-    text: Form[T] | None
+    text: Form[T] | None  # its usual text form, or None
+    # its usual binary form, or None. It is sent if there is no text form, or with others in one frame.
     binary: Form[T] | None
-    wifi: Form[T] | None
-    timeout: float
-    urgent: bool
-    replaces: frozenset[str]
-    remember: Callable[[Sequence[int], Context], None] | None
-    doc: str
-    example: str
-    is_reading: bool
+    wifi: Form[T] | None  # its form over Wi-Fi, or None
+    timeout: float  # seconds that a call waits for its answer by default
+    urgent: bool  # whether it goes first among the waiting calls
+    replaces: frozenset[str]  # names of rows; a call takes the place of their calls that are not sent yet
+    remember: Callable[[Sequence[int], Context], None] | None  # called with a confirmed call, to note what it has set
+    doc: str  # its docstring, without the example
+    example: str  # what is typed at Python's prompt, and what that prints
+    is_reading: bool  # whether it returns a value and changes nothing
+    # what it does to the wheels: after `drive` they may turn, after `stop` they stand; empty if nothing
     wheels: WheelEffect
 
     @property
@@ -160,33 +145,21 @@ def _shown(value: object) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Request(Generic[T]):
-    """One call, ready for the wire.
+    """One call, ready for the wire."""
 
-    Attributes:
-        text: The call, as a person writes it.
-        name: The name of its row.
-        data: The bytes to send, in one write.
-        reply: The shape of the answer.
-        numbers: Its arguments as whole numbers.
-        spec: Its row; None for a request of several rows and for a text command.
-        service: Longest time that the robot is busy with it and reads nothing, s.
-        make: Makes the bytes for the connection on which they are sent, if they contain what was set there; else None.
-        timeout: Seconds to wait for the answer by default.
-        wheels: What it does to the wheels; see :class:`Spec`.
-        is_poll: Whether it asks for readings alone, without being a row's own request.
-    """
-
-    text: str
-    name: str
-    data: bytes
-    reply: Reply[T]
-    numbers: tuple[int, ...] = ()
+    text: str  # the call, as a person writes it
+    name: str  # the name of its row
+    data: bytes  # the bytes to send, in one write
+    reply: Reply[T]  # the shape of the answer
+    numbers: tuple[int, ...] = ()  # its arguments as whole numbers
+    # its row; None for a request of several rows and for a text command
     spec: Spec[T] | None = field(default=None, repr=False)
-    service: float = 0.0
+    service: float = 0.0  # longest time that the robot is busy with it and reads nothing, s
+    # makes the bytes for the connection on which they are sent, if they contain what was set there; else None
     make: Callable[[Context], bytes] | None = field(default=None, repr=False)
-    timeout: float = QUICK
-    wheels: WheelEffect = ""
-    is_poll: bool = False
+    timeout: float = QUICK  # seconds to wait for the answer by default
+    wheels: WheelEffect = ""  # what it does to the wheels; see Spec
+    is_poll: bool = False  # whether it asks for readings alone, without being a row's own request
 
     def __str__(self) -> str:
         return self.text

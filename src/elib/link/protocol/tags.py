@@ -31,21 +31,13 @@ LENS_ERROR: Final = 0.048
 
 
 class Tag(NamedTuple):
-    """An AprilTag in a picture.
-
-    Attributes:
-        number: Its number.
-        distance: From the camera to its middle, m.
-        bearing: Its direction, rad from straight ahead, positive to the left.
-        distance_error: By how much the distance may be wrong, m: nine times in ten it is less.
-        bearing_error: By how much the bearing may be wrong, rad, in the same way.
-    """
+    """An AprilTag in a picture."""
 
     number: int
-    distance: float
-    bearing: float
-    distance_error: float
-    bearing_error: float
+    distance: float  # from the camera to its middle, m
+    bearing: float  # its direction, rad from straight ahead, positive to the left
+    distance_error: float  # by how much the distance may be wrong, m: nine times in ten it is less
+    bearing_error: float  # by how much the bearing may be wrong, rad, in the same way
 
 
 @functools.cache

@@ -63,30 +63,19 @@ class Role(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldInfo:
-    """Facts about a field of a reading, for people and programs.
-
-    Attributes:
-        name: Name of the field, or of the property.
-        role: What the field is for.
-        unit: Unit of its numbers; empty if they have none.
-        label: Words for a person; empty if the title of the reading says enough. The name by default.
-        names: Names of its numbers, in order, if it holds several.
-        low: Value at the low end of a gauge, or None.
-        high: Value at the high end of a gauge, or None.
-        span: Smallest difference that a chart shows at full height, in the unit: a few times the noise of a robot
-            that stands still (e-puck.md).
-        form: Format of a number where columns must not move, as for :func:`format`.
-    """
+    """Facts about a field of a reading, for people and programs."""
 
     name: str = ""
-    role: Role = Role.NUMBER
-    unit: str = ""
-    label: str | None = None
-    names: tuple[str, ...] = ()
-    low: float | None = None
-    high: float | None = None
+    role: Role = Role.NUMBER  # what the field is for
+    unit: str = ""  # unit of its numbers; empty if they have none
+    label: str | None = None  # words for a person; empty if the title of the reading says enough. The name by default.
+    names: tuple[str, ...] = ()  # names of its numbers, in order, if it holds several
+    low: float | None = None  # value at the low end of a gauge, or None
+    high: float | None = None  # value at the high end of a gauge, or None
+    # smallest difference that a chart shows at full height, in the unit: a few times the noise of a robot that stands
+    # still (e-puck.md)
     span: float = 1.0
-    form: str = ""
+    form: str = ""  # format of a number where columns must not move, as for format
 
     @property
     def words(self) -> str:
@@ -150,13 +139,9 @@ def _row(item: tuple[FieldInfo, str, object]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Single(Reading):
-    """A reading of one value, used like it: ``robot.selector() == 3``, ``if robot.button():``, ``battery < 3.5``.
+    """A reading of one value, used like it: ``robot.selector() == 3``, ``if robot.button():``, ``battery < 3.5``."""
 
-    Attributes:
-        _holds: Name of the field with the value; empty if the reading has one number.
-    """
-
-    _holds: ClassVar[str] = ""
+    _holds: ClassVar[str] = ""  # name of the field with the value; empty if the reading has one number
 
     @property
     def _plain(self) -> float | None:
@@ -470,19 +455,11 @@ class Pitch(Single):
 
 
 class Sound(NamedTuple):
-    """A sound, as the microphones hear it.
+    """A sound, as the microphones hear it."""
 
-    Attributes:
-        bearing: Direction from which it comes, rad, 0 ahead, positive to the left.
-        volume: How loud it is at the robot's centre, counts peak to peak.
-        contrast: How much more a microphone hears that faces it, counts peak to peak.
-        error: Error of the bearing that is to be expected of a real robot, rad, root mean square; infinite without
-            contrast.
-    """
-
-    bearing: float
-    volume: float
-    contrast: float
+    bearing: float  # direction from which it comes, rad, 0 ahead, positive to the left
+    volume: float  # how loud it is at the robot's centre, counts peak to peak
+    contrast: float  # how much more a microphone hears that faces it, counts peak to peak
     error: float
 
 

@@ -125,14 +125,10 @@ def image_of(payload: bytes | bytearray, start: int, context: Context) -> Image:
 
 @dataclass(frozen=True, slots=True)
 class PacketReply(Generic[T]):
-    """The packet that answers a command, and what its value is made of.
-
-    Attributes:
-        kind: The kind of the packet.
-        pick: Makes the value of the answer from the readings or the picture; from None if the packet is empty.
-    """
+    """The packet that answers a command, and what its value is made of."""
 
     kind: int
+    # makes the value of the answer from the readings or the picture; from None if the packet is empty
     pick: Callable[[v.Sensors | Image | None], T]
     is_binary = True
 
@@ -159,17 +155,11 @@ def packet_value(kind: int, buffer: bytes | bytearray, start: int, context: Cont
 
 @dataclass(frozen=True, slots=True)
 class WifiForm(Generic[T]):
-    """How a row of the command table is done over Wi-Fi.
+    """How a row of the command table is done over Wi-Fi."""
 
-    Attributes:
-        reply: What answers it.
-        once: Writes what acts only once into a command.
-        check: Refuses arguments that Wi-Fi does not support.
-    """
-
-    reply: PacketReply[T]
-    once: Callable[[Sequence[int], bytearray], None] | None = None
-    check: Note | None = None
+    reply: PacketReply[T]  # what answers it
+    once: Callable[[Sequence[int], bytearray], None] | None = None  # writes what acts only once into a command
+    check: Note | None = None  # refuses arguments that Wi-Fi does not support
 
     def form(self, remember: Note | None) -> Form[T]:
         """Return the form of a row that sets what *remember* notes."""

@@ -36,37 +36,24 @@ from elib.link.protocol.wifi import (
 
 @dataclass(slots=True)
 class Marker:
-    """A command that asks for nothing, which the robot did not answer yet.
+    """A command that asks for nothing, which the robot did not answer yet."""
 
-    Attributes:
-        request: The request that it begins; None if no caller waits for that any more.
-        behind: Commands that were sent behind it, before the next marker.
-    """
-
-    request: Request[object] | None
-    behind: int
+    request: Request[object] | None  # the request that it begins; None if no caller waits for that any more
+    behind: int  # commands that were sent behind it, before the next marker
 
 
 @dataclass(frozen=True, slots=True)
 class Streamed:
-    """A packet came with readings, or with a picture.
+    """A packet came with readings, or with a picture."""
 
-    Attributes:
-        value: All the readings that Wi-Fi has, or the picture.
-    """
-
-    value: Sensors | Image
+    value: Sensors | Image  # all the readings that Wi-Fi has, or the picture
 
 
 @dataclass(frozen=True, slots=True)
 class OutOfStep:
-    """The bytes are not packets, or do not follow from what was sent: nothing on this connection can be trusted now.
+    """The bytes are not packets, or do not follow from what was sent: nothing on this connection can be trusted now."""
 
-    Attributes:
-        reason: What was found, as a sentence without its subject, the robot.
-    """
-
-    reason: str
+    reason: str  # what was found, as a sentence without its subject, the robot
 
 
 Wanted = Callable[[float], bool]
@@ -79,23 +66,18 @@ class WifiConnection:
 
     Args:
         context: Profile, origin and memory of this connection.
-
-    Attributes:
-        context: Profile, origin and memory of this connection.
-        wants_sensors: Asked for each sensor packet whether it is to be an event; None if none is.
-        busy_time: Longest time that the robot may be busy with what was abandoned, s.
-        received_bytes: Bytes that came so far.
-        is_tidying: Whether the marker that did not return yet belongs to no call: it changes what is streamed.
     """
 
     is_stream = True
     """Whether bytes come all the time, so that silence says that the link is stuck."""
 
     def __init__(self, context: Context) -> None:
-        self.context = context
+        self.context = context  # profile, origin and memory of this connection
+        # asked for each sensor packet whether it is to be an event; None if none is
         self.wants_sensors: Wanted | None = None
-        self.busy_time = 0.0
-        self.received_bytes = 0
+        self.busy_time = 0.0  # longest time that the robot may be busy with what was abandoned, s
+        self.received_bytes = 0  # bytes that came so far
+        # whether the marker that did not return yet belongs to no call: it changes what is streamed
         self.is_tidying = False
         self._buffer = bytearray()
         self._events: deque[WifiEvent] = deque()

@@ -19,14 +19,8 @@ class Call(Generic[T]):
     """One call. Its times are in s on the loop's clock.
 
     Attributes:
-        request: What is asked.
-        future: Gets the outcome.
-        called: When the call was made.
-        deadline: When it ends at the latest.
         sent: When its bytes were sent; nan before that.
         overtook_at: When they were sent past what was under way; nan if they were not.
-        timer: Ends the call at its deadline.
-        followers: Older calls that this one replaced; they share its outcome.
         saw_reset: Whether the robot has restarted since the bytes were sent.
         is_replaced: Whether it is such an older call itself: its bytes are never sent.
     """
@@ -45,13 +39,13 @@ class Call(Generic[T]):
     )
 
     def __init__(self, request: Request[T], future: asyncio.Future[T], called: float, deadline: float) -> None:
-        self.request = request
-        self.future = future
-        self.called = called
-        self.deadline = deadline
+        self.request = request  # what is asked
+        self.future = future  # gets the outcome
+        self.called = called  # when the call was made
+        self.deadline = deadline  # when it ends at the latest
         self.sent = self.overtook_at = math.nan
-        self.timer: asyncio.TimerHandle | None = None
-        self.followers: list[Call[T]] = []
+        self.timer: asyncio.TimerHandle | None = None  # ends the call at its deadline
+        self.followers: list[Call[T]] = []  # older calls that this one replaced; they share its outcome
         self.saw_reset = self.is_replaced = False
 
     @property

@@ -19,13 +19,9 @@ T = TypeVar("T")
 
 
 class Channel(Protocol):
-    """A session, or a reconnector that makes a new session whenever the last one is lost.
+    """A session, or a reconnector that makes a new session whenever the last one is lost."""
 
-    Attributes:
-        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop.
-    """
-
-    hooks: Hooks
+    hooks: Hooks  # trace hooks, called as `hook(time, event)` in the event loop
 
     @property
     def transport(self) -> Transport:

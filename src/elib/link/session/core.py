@@ -83,31 +83,19 @@ WRITE_TIMEOUT = 5.0
 
 
 class Session:
-    """One connection to one robot. Open it with :meth:`open`; it is not opened again once it is closed or lost.
-
-    Attributes:
-        transport: What carries the bytes.
-        context: Profile, origin and memory of what was set.
-        version: The robot's answer to the question for its version.
-        opening: What was written and received to recognise the robot.
-        counters: The step counters as they were read then, if the robot answered.
-        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop.
-        counter: Counts every outcome; all sessions of a reconnecting robot share one.
-        final_command: Sent without waiting when the robot no longer answers but the line still takes bytes.
-        error: Why the session ended, or None while it is open.
-    """
+    """One connection to one robot. Open it with :meth:`open`; it is not opened again once it is closed or lost."""
 
     restoring = None
     """A session restores nothing; a channel that reconnects does."""
 
     def __init__(self, transport: Transport, connection: HostConnection | WifiConnection, version: Version) -> None:
-        self.transport = transport
-        self.context = connection.context
-        self.version = version
-        self.opening: Transcript = ()
-        self.counters: Steps | None = None
-        self.hooks = Hooks()
-        self.counter = LinkCounter()
+        self.transport = transport  # what carries the bytes
+        self.context = connection.context  # profile, origin and memory of what was set
+        self.version = version  # the robot's answer to the question for its version
+        self.opening: Transcript = ()  # what was written and received to recognise the robot
+        self.counters: Steps | None = None  # the step counters as they were read then, if the robot answered
+        self.hooks = Hooks()  # trace hooks, called as `hook(time, event)` in the event loop
+        self.counter = LinkCounter()  # counts every outcome; all sessions of a reconnecting robot share one
         self._loop = asyncio.get_running_loop()
         self._connection = connection
         self._line = buffered(transport)
@@ -125,9 +113,9 @@ class Session:
         self._received_out_of_sync = 0
         self._is_closing = False
         self._closing_line: asyncio.Task[None] | None = None
-        self.final_command = b""
+        self.final_command = b""  # sent without waiting when the robot no longer answers but the line still takes bytes
         self._has_unqueued = False
-        self.error: ElibError | None = None
+        self.error: ElibError | None = None  # why the session ended, or None while it is open
 
     @classmethod
     async def open(

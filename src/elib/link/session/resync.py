@@ -48,11 +48,6 @@ class Settling:
     Args:
         url: Names the link in errors.
         is_paused: Tells whether the robot is a virtual one whose world stands still, so that no answer can come.
-
-    Attributes:
-        last_byte: When the newest byte was received, s on the loop's clock; the session sets it.
-        last_sent: When the newest bytes were sent, without probes, s on the loop's clock; the session sets it.
-        trip: How long the newest answer took, s, at most MAX_TRIP.
     """
 
     def __init__(self, url: str, is_paused: Callable[[], bool]) -> None:
@@ -60,9 +55,11 @@ class Settling:
         self._is_paused = is_paused
         self._loop = asyncio.get_running_loop()
         self._answer: asyncio.Future[None] | None = None
+        # when the newest byte was received, s on the loop's clock; the session sets it
         self.last_byte = self._loop.time()
+        # when the newest bytes were sent, without probes, s on the loop's clock; the session sets it
         self.last_sent = -math.inf
-        self.trip = 0.0
+        self.trip = 0.0  # how long the newest answer took, s, at most MAX_TRIP
 
     def record_trip(self, seconds: float) -> None:
         """Record how long an answer took."""

@@ -23,25 +23,15 @@ class Called:
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """A call ended: with a value, or with an error.
+    """A call ended: with a value, or with an error."""
 
-    Attributes:
-        request: What was asked.
-        value: The answer; None for a bare acknowledgement and where there is an error.
-        error: Why there is no answer, or None.
-        waited: Time from the call to its end, s.
-        round_trip: Time from sending to the end, s; nan if it was never sent.
-        is_replaced: Whether a newer call was sent in its place, and it shares that one's outcome.
-        overtook_at: When it was first sent, past what was under way, s; nan if it was not.
-    """
-
-    request: Request[object]
-    value: object
-    error: BaseException | None
-    waited: float
-    round_trip: float
-    is_replaced: bool = False
-    overtook_at: float = math.nan
+    request: Request[object]  # what was asked
+    value: object  # the answer; None for a bare acknowledgement and where there is an error
+    error: BaseException | None  # why there is no answer, or None
+    waited: float  # time from the call to its end, s
+    round_trip: float  # time from sending to the end, s; nan if it was never sent
+    is_replaced: bool = False  # whether a newer call was sent in its place, and it shares that one's outcome
+    overtook_at: float = math.nan  # when it was first sent, past what was under way, s; nan if it was not
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,26 +54,17 @@ Transcript = tuple[tuple[float, Wrote | Received], ...]
 
 @dataclass(frozen=True, slots=True)
 class Resynced:
-    """The line was out of sync and is in sync again.
+    """The line was out of sync and is in sync again."""
 
-    Attributes:
-        duration: How long the resync took, s.
-        dropped: Bytes received while the line was out of sync, without the answer to the probe.
-    """
-
-    duration: float
-    dropped: int
+    duration: float  # how long the resync took, s
+    dropped: int  # bytes received while the line was out of sync, without the answer to the probe
 
 
 @dataclass(frozen=True, slots=True)
 class Pushed:
-    """A robot that streams sent readings or a picture without being asked for them.
+    """A robot that streams sent readings or a picture without being asked for them."""
 
-    Attributes:
-        value: All its readings, or the picture.
-    """
-
-    value: Sensors | Image
+    value: Sensors | Image  # all its readings, or the picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,13 +81,9 @@ class Ending:
 
 @dataclass(frozen=True, slots=True)
 class ResetNoticed:
-    """The robot restarted unasked; what was set is being restored.
+    """The robot restarted unasked; what was set is being restored."""
 
-    Attributes:
-        sign: What showed it: ``greeting`` or ``encoders``.
-    """
-
-    sign: str
+    sign: str  # what showed it: `greeting` or `encoders`
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,54 +95,34 @@ class Disconnected:
 
 @dataclass(frozen=True, slots=True)
 class Reconnected:
-    """The link of a reconnecting robot is up again, and what was set is restored.
+    """The link of a reconnecting robot is up again, and what was set is restored."""
 
-    Attributes:
-        gap: Time without a link, s.
-        attempts: How often opening it was tried.
-    """
-
-    gap: float
-    attempts: int
+    gap: float  # time without a link, s
+    attempts: int  # how often opening it was tried
 
 
 @dataclass(frozen=True, slots=True)
 class SessionOpened:
-    """A session was opened: the robot was asked for its version.
+    """A session was opened: the robot was asked for its version."""
 
-    Attributes:
-        opening: The bytes that were exchanged to recognise the robot.
-        counters: The step counters that were read last meanwhile; None if the robot did not answer.
-    """
-
-    opening: Transcript
-    counters: Steps | None = None
+    opening: Transcript  # the bytes that were exchanged to recognise the robot
+    counters: Steps | None = None  # the step counters that were read last meanwhile; None if the robot did not answer
 
 
 @dataclass(frozen=True, slots=True)
 class Noted:
-    """A line that a person or a program wrote beside what the link did.
+    """A line that a person or a program wrote beside what the link did."""
 
-    Attributes:
-        text: The line.
-        kind: ``note``, ``state``, ``link``, ``robot`` or ``recorder``.
-        level: 2 information, 3 warning, 4 error.
-    """
-
-    text: str
-    kind: str = "note"
-    level: int = 2
+    text: str  # the line
+    kind: str = "note"  # `note`, `state`, `link`, `robot` or `recorder`
+    level: int = 2  # 2 information, 3 warning, 4 error
 
 
 @dataclass(frozen=True, slots=True)
 class MachineBegan:
-    """A machine of states began to drive the robot.
+    """A machine of states began to drive the robot."""
 
-    Attributes:
-        program: The text of the program that holds its states.
-    """
-
-    program: str
+    program: str  # the text of the program that holds its states
 
 
 TraceEvent = (

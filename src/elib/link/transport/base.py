@@ -104,13 +104,9 @@ class BufferedTransport(ABC):
     Args:
         url: The URL that opens the same thing again.
         origin: ``robot``, ``simulator`` or ``replay``.
-
-    Attributes:
-        codec: What the bytes are; see :func:`~elib.link.transport.base.codec_of`.
-        on_room: Called when the other side has taken bytes that were kept for it.
     """
 
-    codec: str = "serial"
+    codec: str = "serial"  # what the bytes are; see codec_of
 
     def __init__(self, url: str, *, origin: str = "robot") -> None:
         self._url = url
@@ -122,6 +118,7 @@ class BufferedTransport(ABC):
         self._on_lost: Callable[[], None] | None = None
         self._loss: tuple[type[LinkLost], str, str] | None = None
         self._closed = False
+        # called when the other side has taken bytes that were kept for it
         self.on_room: Callable[[], None] | None = None
 
     @property

@@ -13,15 +13,10 @@ from elib.link.transport.url import Url, parse_url
 
 @dataclass(slots=True, eq=False)
 class UrlLease:
-    """A lease on one URL.
+    """A lease on one URL."""
 
-    Attributes:
-        holders: How many blocks hold the lease.
-        on_end: Called when the last holder gives it up.
-    """
-
-    holders: int = 0
-    on_end: list[Callable[[], None]] = field(default_factory=list)
+    holders: int = 0  # how many blocks hold the lease
+    on_end: list[Callable[[], None]] = field(default_factory=list)  # called when the last holder gives it up
 
 
 _LEASES: weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[str, UrlLease]] = weakref.WeakKeyDictionary()

@@ -27,10 +27,6 @@ class PtyTransport(BufferedTransport):
     an event loop busy, so an edge-triggered poll of its own watches it. Elsewhere the port stays open on this side too,
     and a change of clients is not noticed.
 
-    Attributes:
-        path: Name of the port that clients open, like ``/dev/pts/5``.
-        on_hang_up: Called when the last client has left, after its bytes were delivered.
-
     Raises:
         OSError: The system has no more ptys.
     """
@@ -38,13 +34,14 @@ class PtyTransport(BufferedTransport):
     def __init__(self, *, origin: str = "simulator") -> None:
         self._master, port = os.openpty()
         try:
-            self.path = os.ttyname(port)
+            self.path = os.ttyname(port)  # name of the port that clients open, like `/dev/pts/5`
             tty.setraw(port)
         finally:
             if sys.platform == "linux":
                 os.close(port)
         super().__init__(f"serial://{self.path}", origin=origin)
         os.set_blocking(self._master, False)
+        # called when the last client has left, after its bytes were delivered
         self.on_hang_up: Callable[[], None] | None = None
         self._out = bytearray()
         self._is_reading = False

@@ -36,15 +36,10 @@ def host_and_port(url: Url) -> tuple[str, int]:
 
 @dataclass(frozen=True, slots=True)
 class Advice:
-    """What to try if a TCP connection cannot be opened.
+    """What to try if a TCP connection cannot be opened."""
 
-    Attributes:
-        silent: If nothing answers at the address.
-        refused: If nothing listens on the port.
-    """
-
-    silent: str
-    refused: str
+    silent: str  # if nothing answers at the address
+    refused: str  # if nothing listens on the port
 
 
 async def open_tcp(url: Url) -> StreamTransport:

@@ -27,17 +27,11 @@ _PORT_NAME = re.compile(r"(COM\d+|(?:tty|rfcomm|cu\.|pts/).+)", re.IGNORECASE)
 
 @dataclass(frozen=True, slots=True)
 class Url:
-    """A URL, taken apart.
+    """A URL, taken apart."""
 
-    Attributes:
-        scheme: What kind of link: the name of an entry point.
-        target: What the scheme opens: a port, ``host:port``, a Bluetooth address, a world; decoded.
-        query: The keys with their values as text, in the order given.
-    """
-
-    scheme: str
-    target: str
-    query: tuple[tuple[str, str], ...] = ()
+    scheme: str  # what kind of link: the name of an entry point
+    target: str  # what the scheme opens: a port, `host:port`, a Bluetooth address, a world; decoded
+    query: tuple[tuple[str, str], ...] = ()  # the keys with their values as text, in the order given
 
     @property
     def keys(self) -> Mapping[str, str]:
@@ -52,24 +46,17 @@ class Url:
 
 @dataclass(frozen=True, slots=True)
 class Scheme:
-    """A kind of link. Each is an entry point of the group ``elib.transports``, named as its URLs begin.
+    """A kind of link. Each is an entry point of the group ``elib.transports``, named as its URLs begin."""
 
-    Attributes:
-        open: Opens the link that a URL names.
-        keys: Names of the keys that a URL may have after ``?``.
-        check: Checks the target and the values of the keys, and returns the URL in its usual form. It raises
-            ArgumentError where one of them is wrong.
-        speed: Returns how fast the event loop must run that opens a URL.
-        robots: Returns what opens each robot of a URL that may name several.
-        flags: Those of the keys that may stand without a value.
-    """
-
-    open: Callable[[Url], Awaitable[Transport]]
-    keys: tuple[str, ...] = ()
+    open: Callable[[Url], Awaitable[Transport]]  # opens the link that a URL names
+    keys: tuple[str, ...] = ()  # names of the keys that a URL may have after `?`
+    # checks the target and the values of the keys, and returns the URL in its usual form. It raises ArgumentError where
+    # one of them is wrong.
     check: Callable[[Url], Url] = lambda url: url
-    speed: Callable[[Url], LoopSpeed] = lambda url: "real"
+    speed: Callable[[Url], LoopSpeed] = lambda url: "real"  # returns how fast the event loop must run that opens a URL
+    # returns what opens each robot of a URL that may name several
     robots: Callable[[Url], list[Url]] = lambda url: [url]
-    flags: tuple[str, ...] = ()
+    flags: tuple[str, ...] = ()  # those of the keys that may stand without a value
 
 
 def scheme_names() -> list[str]:

@@ -33,19 +33,12 @@ TOKEN_LENGTH = 8
 
 @dataclass(frozen=True, slots=True)
 class Student:
-    """What one student gets.
-
-    Attributes:
-        number: Number of the student, from 1; 0 for the teacher.
-        robots: The robots' names and URLs; one, unless the world has more.
-        page: URL of the page to watch.
-        token: What the teacher's page asks for once; empty if it asks for nothing.
-    """
+    """What one student gets."""
 
     number: int
-    robots: Sequence[Served]
-    page: str
-    token: str = ""
+    robots: Sequence[Served]  # the robots' names and URLs; one, unless the world has more
+    page: str  # URL of the page to watch
+    token: str = ""  # what the teacher's page asks for once; empty if it asks for nothing
 
     @property
     def urls(self) -> str:
@@ -55,35 +48,20 @@ class Student:
 
 @dataclass(frozen=True, slots=True)
 class Classroom:
-    """A class.
+    """A class."""
 
-    Attributes:
-        students: How many.
-        host: Address at which the robots and pages are offered.
-        is_shared: Whether all robots are in one world; otherwise each student has one of his own.
-        robot_port: Port of the first robot; 0 takes free ones.
-        page_port: Port of the pages; 0 takes a free one.
-    """
-
-    students: int
-    host: str = LOOPBACK
-    is_shared: bool = False
-    robot_port: int = FIRST_ROBOT
-    page_port: int = PAGE
+    students: int  # how many
+    host: str = LOOPBACK  # address at which the robots and pages are offered
+    is_shared: bool = False  # whether all robots are in one world; otherwise each student has one of his own
+    robot_port: int = FIRST_ROBOT  # port of the first robot; 0 takes free ones
+    page_port: int = PAGE  # port of the pages; 0 takes a free one
 
     @contextlib.asynccontextmanager
     async def open(self, settings: SimulationSettings) -> AsyncIterator[list[Student]]:
         """Offer robots and pages until the block is left.
 
-        Args:
-            settings: The world of each student, or the one of all.
-
         Yields:
             The students, and the teacher last, with the number 0.
-
-        Raises:
-            ArgumentError: A setting is wrong, or there are not enough ports.
-            LinkError: A port is taken, or cannot be had.
         """
         if self.is_shared and settings.robots is not None:
             raise ArgumentError("--shared has a robot for each student", hint="leave --robots out")

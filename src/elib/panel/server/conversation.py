@@ -61,11 +61,7 @@ Text = Annotated[str, Meta(description="What happened.")]
 
 
 class Message(Struct, tag_field="do", forbid_unknown_fields=True, kw_only=True):
-    """What a caller says: a class for each message, with its fields.
-
-    Attributes:
-        id: Number that the answer repeats; 0 asks for no answer.
-    """
+    """What a caller says: a class for each message, with its fields."""
 
     is_greeting: ClassVar[bool] = False
     """Whether it may be said before the token was shown."""
@@ -76,7 +72,7 @@ class Message(Struct, tag_field="do", forbid_unknown_fields=True, kw_only=True):
     answers: ClassVar[object] = None
     """The type of the result."""
 
-    id: Number = 0
+    id: Number = 0  # number that the answer repeats; 0 asks for no answer
 
     def carry_out(self, caller: Any) -> Result:
         """Do it for *caller*, and return the result, or an awaitable of it; an ElibError says why it cannot be done."""
@@ -90,15 +86,7 @@ def message_of(
     doc: str | None,
     **more: object,
 ) -> type[Message]:
-    """Return the class of the messages that a function carries out, whose arguments are their fields.
-
-    Args:
-        act: The function; it takes the caller first.
-        name: The name of the message.
-        fields: Its fields, with their types.
-        doc: What it is for.
-        more: Other attributes of the class.
-    """
+    """Return the class of the messages that a function carries out, whose arguments are their fields."""
     found = msgspec.defstruct(
         "".join(part.capitalize() for part in name.split("_")),
         [(each.name, each.annotation, *(() if each.default is each.empty else (each.default,))) for each in fields],
@@ -120,13 +108,7 @@ class Table(dict[str, type[Message]]):
     """The messages that one kind of caller may say, by their names."""
 
     def request(self, needs: str = "", *, name: str = "", **more: Any) -> Callable[[F], F]:
-        """Return a decorator by which a function or a method becomes a message: its name, arguments and docstring.
-
-        Args:
-            needs: What a page must be able to do.
-            name: The name of the message; that of the function if empty.
-            more: As for :func:`message_of`.
-        """
+        """Return a decorator by which a function or a method becomes a message: its name, arguments and docstring."""
 
         def add(act: F) -> F:
             hints = get_type_hints(act, include_extras=True)
@@ -235,15 +217,8 @@ class Connection(Protocol):
 class Caller:
     """A page or a program, from the opening of its connection to its end.
 
-    Args:
-        panel: The robots.
-        decode: Gives number and message of a text, or what is wrong with it.
-        connection: What carries messages to it.
-
     Attributes:
         connection: What carries messages to it.
-        key: Its name at the drive locks. A caller acts under this name alone: no message has one.
-        is_let_in: Whether it has shown the token, if there is one.
     """
 
     kind: ClassVar[str]
@@ -259,8 +234,9 @@ class Caller:
     def __init__(self, panel: Panel, decode: Decode, connection: Connection) -> None:
         self.panel = panel
         self._met: set[Slot] = set()
+        # its name at the drive locks. A caller acts under this name alone: no message has one.
         self.key = f"{self.kind}-{secrets.token_hex(8)}"
-        self.is_let_in = True
+        self.is_let_in = True  # whether it has shown the token, if there is one
         self.connection, self._decode = connection, decode
         self._loop = asyncio.get_running_loop()
         self._requests = Tasks()

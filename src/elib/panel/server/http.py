@@ -83,13 +83,9 @@ NOTE = b"<!-- note -->"
 
 
 class Door(Protocol):
-    """One more address of the server, for programs: it checks itself from which site a request comes, and the token.
+    """One more address of the server, for programs: it checks itself from which site a request comes, and the token."""
 
-    Attributes:
-        path: The path of its address.
-    """
-
-    path: str
+    path: str  # the path of its address
 
     def refusal(self, request: web.Request, access: Access) -> tuple[int, str] | None:
         """Return status and text for a request that is refused; None if it may go on."""
@@ -467,21 +463,13 @@ class _Connection(web.RequestHandler):
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """A file of the page.
+    """A file of the page."""
 
-    Attributes:
-        kind: Its content type.
-        caching: How long a browser may keep it.
-        body: What it holds.
-        packed: The same for browsers that take gzip; None for a font, which is compressed.
-        digest: Changes with the content.
-    """
-
-    kind: str
-    caching: str
-    body: bytes
-    packed: bytes | None
-    digest: str
+    kind: str  # its content type
+    caching: str  # how long a browser may keep it
+    body: bytes  # what it holds
+    packed: bytes | None  # the same for browsers that take gzip; None for a font, which is compressed
+    digest: str  # changes with the content
 
 
 def _takes_gzip(request: web.Request) -> bool:
@@ -495,9 +483,6 @@ def _static_files() -> Mapping[str, _File]:
     """Return every file that can be asked for, by its path; nothing else is ever read.
 
     They are compressed here and not when the page is built: not every build of zlib gives the same bytes.
-
-    Raises:
-        Unsupported: The page is not built.
     """
     found = {}
     for file in page_folder().iterdir():

@@ -14,6 +14,7 @@ from itertools import islice
 from typing import Annotated, Literal, TypeVar
 
 import msgspec
+import numpy as np
 from msgspec import Meta, Struct
 
 from elib.base.body import STEPS_PER_REVOLUTION, WHEEL_CIRCUMFERENCE
@@ -22,11 +23,13 @@ from elib.link.protocol.image import Image
 from elib.link.protocol.profiles import FIRMWARES
 from elib.link.protocol.quantities import RGB_LEDS, CameraMode
 from elib.link.transport.ports import BAUD
+from elib.maps.grid import MAX_ODDS, SIGHT, Grid
 from elib.panel import lifecycle
 from elib.panel.events import Line
 from elib.panel.gauges import Instrument, instruments, numbers, physical
 from elib.panel.server.conversation import Trouble
 from elib.panel.slot import Phase, Slot
+from elib.panel.watching import MAX_MISSED
 from elib.robot.snapshot import IMAGE
 
 T = TypeVar("T")
@@ -40,41 +43,26 @@ PhaseName = Annotated[str, Meta(extra_json_schema={"enum": [each.name.lower() fo
 
 
 class CameraLimits(Struct):
-    """What pictures a camera can take, and how long one holds the line.
+    """What pictures a camera can take, and how long one holds the line."""
 
-    Attributes:
-        zooms: The zoom factors that work; None if every factor works whose window fits.
-        bytes: The most bytes of pixels: a grey one has one, a coloured one two.
-        capture: s until the first byte.
-        byte: s for each byte.
-    """
-
-    zooms: tuple[int, ...] | None
-    bytes: int
-    capture: float = lifecycle.CAPTURE_TIME
-    byte: float = lifecycle.BITS_PER_BYTE / BAUD
+    zooms: tuple[int, ...] | None  # the zoom factors that work; None if every factor works whose window fits
+    bytes: int  # the most bytes of pixels: a grey one has one, a coloured one two
+    capture: float = lifecycle.CAPTURE_TIME  # s until the first byte
+    byte: float = lifecycle.BITS_PER_BYTE / BAUD  # s for each byte
 
 
 class Scheme(Struct):
-    """What seldom changes of a robot.
-
-    Attributes:
-        fastest: rev/s of its fastest wheel.
-        circumference: m that a wheel rolls in one turn.
-        camera: What can be set of the camera; None for nothing.
-        coloured: The LEDs whose colour can be set.
-        sounds: What sounds 1, 2 and so on are called.
-        talks_at: Where the selector must stand when the robot starts, and what it then talks through.
-    """
+    """What seldom changes of a robot."""
 
     scheme: int
     firmware: str
-    fastest: float
-    circumference: float
+    fastest: float  # rev/s of its fastest wheel
+    circumference: float  # m that a wheel rolls in one turn
     instruments: tuple[Instrument, ...]
-    camera: CameraLimits | None = None
-    coloured: list[int] = []
-    sounds: tuple[str, ...] = ()
+    camera: CameraLimits | None = None  # what can be set of the camera; None for nothing
+    coloured: list[int] = []  # the LEDs whose colour can be set
+    sounds: tuple[str, ...] = ()  # what sounds 1, 2 and so on are called
+    # where the selector must stand when the robot starts, and what it then talks through
     talks_at: Mapping[int, str] = {}
 
 
@@ -149,6 +137,20 @@ class Trail(Struct):
     points: list[tuple[float, float]]
 
 
+class MapPart(Struct):
+    """A part of what the infrared sensors have met; it is new to the page, and stands in its last map if that fits."""
+
+    cell: float  # m, the side of a square
+    x: float  # m, the middle of the first column of the whole map
+    y: float  # m, the middle of the first row
+    columns: int  # of the whole map
+    rows: int
+    at: tuple[int, int]  # first row and column of the part
+    width: int  # columns of the part
+    # signed bytes, row by row: 0 if nothing is known, 127 where surely something is, -127 where surely not
+    squares: bytes
+
+
 class Lines(Struct):
     """Lines of the event log: those that are new to the page, or all."""
 
@@ -212,6 +214,7 @@ class Tick(Struct):
     distances: list[float | None]
     pose: Pose | None
     trail: Trail
+    map: MapPart | None
     lines: Lines
     link: LinkStats | None
     log: str | None
@@ -240,17 +243,14 @@ class Summary(Struct):
 
 @dataclass(slots=True)
 class Cursor:
-    """How much one page has seen; :func:`tick` updates it. A page that shows another robot needs a new one.
+    """How much one page has seen; :func:`tick` updates it. A page that shows another robot needs a new one."""
 
-    Attributes:
-        trail: Points of the trail, of all that there ever were.
-        lines: Lines of the event log, likewise.
-        picture: Time of the picture, s.
-    """
-
-    trail: int = 0
+    trail: int = 0  # points of the trail, of all that there ever were
+    map: Grid | None = None  # the map that it was told of, its rows and columns, and what had been added to it
+    map_size: tuple[int, ...] = ()
+    map_changes: int = 0
     lines: int = 0
-    picture: float = math.nan
+    picture: float = math.nan  # time of the picture, s
 
 
 def scheme(slot: Slot) -> Scheme:
@@ -293,6 +293,7 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> Tick:
         distances=_distances(slot),
         pose=_pose(slot),
         trail=_trail(slot, cursor),
+        map=_map(slot, cursor),
         lines=_lines(slot, cursor),
         link=_link(slot),
         log=_log(slot),
@@ -423,6 +424,26 @@ def _trail(slot: Slot, cursor: Cursor) -> Trail:
         cursor.trail = 0
     is_whole, poses, cursor.trail = _behind(slot.watcher.trail, slot.watcher.trail_count, cursor.trail)
     return Trail(is_whole, [(round(pose.x, 4), round(pose.y, 4)) for pose in poses])
+
+
+def _map(slot: Slot, cursor: Cursor) -> MapPart | None:
+    """Return what has changed on the map since the page was told; all of it if the map is another, or has grown."""
+    grid, size = slot.watcher.map, slot.watcher.map.odds.shape
+    is_known = (cursor.map, cursor.map_size) == (grid, size)
+    missed = grid.changes - cursor.map_changes if is_known else grid.changes
+    cursor.map, cursor.map_size, cursor.map_changes = grid, size, grid.changes
+    if not missed:
+        return None
+    (low, left), (high, right) = (0, 0), size
+    if is_known and missed <= MAX_MISSED:
+        poses = list(slot.watcher.mapped)[-missed:]
+        xs, ys = [pose.x for pose in poses], [pose.y for pose in poses]
+        low, left = grid.square(min(xs) - SIGHT, min(ys) - SIGHT)
+        high, right = grid.square(max(xs) + SIGHT, max(ys) + SIGHT)
+    part = grid.odds[max(0, low - 1) : high + 2, max(0, left - 1) : right + 2]
+    squares = np.rint(part * 127 / MAX_ODDS).astype(np.int8)
+    at = (max(0, low - 1), max(0, left - 1))
+    return MapPart(grid.cell, grid.x, grid.y, size[1], size[0], at, part.shape[1], squares.tobytes())
 
 
 def _lines(slot: Slot, cursor: Cursor) -> Lines:

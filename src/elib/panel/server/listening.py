@@ -17,17 +17,11 @@ PORT = 8700
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where the page is served.
+    """Where the page is served."""
 
-    Attributes:
-        socket: A socket that listens, so that no other program can have its port.
-        host: The host as it was asked for.
-        is_shared: Whether other computers reach it.
-    """
-
-    socket: socket.socket
-    host: str
-    is_shared: bool
+    socket: socket.socket  # a socket that listens, so that no other program can have its port
+    host: str  # the host as it was asked for
+    is_shared: bool  # whether other computers reach it
 
     @property
     def port(self) -> int:
@@ -48,12 +42,6 @@ def listen(host: str = LOOPBACK, port: int | None = None, option: str = "--port"
         port: 0 for any free one; None for the first free one from *first* on.
         option: The option that names the port, for hints.
         first: The first port to try where none is named; the panel's, :data:`PORT`, unless given.
-
-    Raises:
-        ArgumentError: There is no such port.
-        LinkBusy: The port is taken, or all that were tried are.
-        LinkDenied: This user may not use the port.
-        LinkError: This computer has no such address.
     """
     first = PORT if first is None else first
     if port is not None:

@@ -19,7 +19,7 @@ from elib.base.files import write_file
 from elib.link.protocol.quantities import CameraMode
 from elib.panel import console
 from elib.panel.behaviours import source_of
-from elib.panel.files import LOG, RECORDING, WORLD
+from elib.panel.files import LOG, MAP, RECORDING, WORLD
 from elib.panel.panel import FileList
 from elib.panel.server.conversation import Answer, Decoded, Error, Failure, Message, Table, Told, decoded, message_of
 from elib.panel.server.page import Hello, OverviewStream, Page, RobotStream, Stream, StudyStream, Update, Wish
@@ -335,6 +335,28 @@ def stop_recording(page: Page, robot: Key) -> None:
     page.panel.slot(robot).records.recording.stop()
 
 
+class Saved(Struct):
+    """A file that was saved, and the URL that opens its world."""
+
+    name: str
+    url: str
+
+
+@request("files")
+async def save_map(page: Page, robot: Key, name: Name) -> Saved:
+    """Save what a robot's infrared sensors have met: as a picture, its TOML file, and a world."""
+    grid = page.panel.slot(robot).watcher.map.copy()
+    if not grid.occupied.any():
+        raise ArgumentError("there is no wall on the map yet", hint="let the robot drive along one")
+    folder = page.panel.folder
+    picture = folder.new_file(name, MAP)
+    folder.new_file(picture.stem, WORLD)  # where the picture's places are
+    world = folder.new_file(f"{picture.stem}-world", WORLD)
+    await asyncio.to_thread(grid.save, picture)
+    await asyncio.to_thread(grid.to_world, world)
+    return Saved(picture.name, f"sim://{world}")
+
+
 @request("files")
 def open_recording(page: Page, name: Name) -> list[str]:
     """Play a recording of the folder as a robot of the panel."""
@@ -364,19 +386,12 @@ def choose_controller(page: Page, number: Annotated[int, Meta(ge=0)] | None) -> 
     page.study().choose(number)
 
 
-class SavedWorld(Struct):
-    """The file of a world, and the URL that opens it."""
-
-    name: str
-    url: str
-
-
 @request("save")
-def save_world(page: Page, name: Name, about: Text = "", channel: Channel = 0) -> SavedWorld:
+def save_world(page: Page, name: Name, about: Text = "", channel: Channel = 0) -> Saved:
     """Save the world of a channel, as it is now, as a world file of the folder."""
     path = page.panel.folder.new_file(name, WORLD)
     write_file(path, written_scene(page.control(channel).scene(), about).encode())
-    return SavedWorld(path.name, f"sim://{path}")
+    return Saved(path.name, f"sim://{path}")
 
 
 @request("edit")

@@ -52,41 +52,28 @@ class Ring(Struct):
 
 
 class Body(Struct):
-    """The robot in m: its body, its wheels, the infrared sensors' distance from the axis, and its camera.
-
-    Attributes:
-        eye: How far the lens is ahead of the axle, and above the floor, m.
-        focal: Its distance from the chip, in pixels of the chip: a picture at zoom z has one of z of them.
-    """
+    """The robot in m: its body, its wheels, the infrared sensors' distance from the axis, and its camera."""
 
     radius: float = RADIUS
     height: float = HEIGHT
     axle: float = AXLE
     wheel: float = WHEEL_DIAMETER
     sensor_radius: float = SENSOR_RADIUS
-    eye: tuple[float, float] = (FORWARD, ABOVE)
-    focal: float = FOCAL
+    eye: tuple[float, float] = (FORWARD, ABOVE)  # how far the lens is ahead of the axle, and above the floor, m
+    focal: float = FOCAL  # its distance from the chip, in pixels of the chip: a picture at zoom z has one of z of them
 
 
 class Hello(Told, tag="hello"):
-    """What a page is told once.
+    """What a page is told once."""
 
-    Attributes:
-        page: Its name at the drive locks.
-        can: What it can do.
-        folder: Where files go; empty if the page may not know it.
-        kinds: The kinds of event lines, with their titles.
-        robots: How the robots of a world are reached that belong to no panel.
-    """
-
-    page: str
-    can: Can
-    folder: str
+    page: str  # its name at the drive locks
+    can: Can  # what it can do
+    folder: str  # where files go; empty if the page may not know it
     worlds: list[WorldInfo]
     behaviours: list[BehaviourAbout]
-    robots: Sequence[Reachable]
+    robots: Sequence[Reachable]  # how the robots of a world are reached that belong to no panel
     study: StudyAbout | None
-    kinds: dict[str, str]
+    kinds: dict[str, str]  # the kinds of event lines, with their titles
     ring: Ring
     body: Body
 
@@ -107,20 +94,14 @@ class StudyNews(StudyState):
 
 
 class Update(Told, tag="update"):
-    """What has changed; a page says ``drawn`` with its number.
-
-    Attributes:
-        place: The key of the robot that it is about; empty if it is about none or all.
-        robots: All robots of the panel.
-        worlds: The worlds by their keys, and their names.
-    """
+    """What has changed; a page says ``drawn`` with its number."""
 
     number: int
-    place: str = ""
-    robots: list[Listed] | UnsetType = UNSET
+    place: str = ""  # the key of the robot that it is about; empty if it is about none or all
+    robots: list[Listed] | UnsetType = UNSET  # all robots of the panel
     robot: RobotNews | UnsetType = UNSET
     overview: dict[str, Summary] | UnsetType = UNSET
-    worlds: list[tuple[str, str]] | UnsetType = UNSET
+    worlds: list[tuple[str, str]] | UnsetType = UNSET  # the worlds by their keys, and their names
     study: StudyNews | UnsetType = UNSET
 
 
@@ -135,17 +116,13 @@ class Wish(NamedTuple):
 
 
 class Stream:
-    """Tells one page of one thing, again and again.
-
-    Attributes:
-        wish: What the page wants.
-    """
+    """Tells one page of one thing, again and again."""
 
     fastest: ClassVar[float] = 1 / LOOK
     """Hz."""
 
     def __init__(self, page: Page, wish: Wish) -> None:
-        self.wish = wish
+        self.wish = wish  # what the page wants
         self._page = page
         self._sent: deque[int] = deque()
         self._task = page.begin(self._run())
@@ -275,11 +252,7 @@ class StudyStream(Stream):
 
 
 class Page(Caller):
-    """One browser page, from the opening of its WebSocket to its end.
-
-    Attributes:
-        updates: How many updates it was sent.
-    """
+    """One browser page, from the opening of its WebSocket to its end."""
 
     kind = "page"
     served_by = "the program"
@@ -288,7 +261,7 @@ class Page(Caller):
 
     def __init__(self, panel: Panel, decode: Decode, connection: Connection) -> None:
         super().__init__(panel, decode, connection)
-        self.updates = 0
+        self.updates = 0  # how many updates it was sent
         self._telling = Tasks()
         self._streams: dict[tuple[str, int], Stream] = {}
         self._list = ListStream(self)

@@ -24,18 +24,13 @@ C = TypeVar("C", bound=Caller)
 class Socket:
     """A WebSocket that carries the messages of one caller.
 
-    Args:
-        request: The request that opened it.
-        ws: The WebSocket.
-
     Attributes:
-        address: Where the caller is.
         transport: The connection below it.
     """
 
     def __init__(self, request: web.BaseRequest, ws: web.WebSocketResponse) -> None:
         assert isinstance(request.transport, asyncio.Transport)
-        self.address = request.remote or ""
+        self.address = request.remote or ""  # where the caller is
         self.transport, self._ws = request.transport, ws
 
     @property
@@ -81,19 +76,7 @@ def web_socket() -> web.WebSocketResponse:
 
 
 class Callers(Generic[C]):
-    """The callers of one kind, whose number is bounded.
-
-    Args:
-        make: Makes one, of its WebSocket.
-        most: How many there may be.
-        full: What one more is told.
-        pace: Messages of one of them per second for long, and at once.
-
-    Attributes:
-        open: Those that are connected, by their WebSockets.
-        on_visit: Called when one comes.
-        on_empty: Called when the last one has left.
-    """
+    """The callers of one kind, whose number is bounded."""
 
     def __init__(
         self,
@@ -102,9 +85,9 @@ class Callers(Generic[C]):
         full: str,
         pace: tuple[float, float],
     ) -> None:
-        self.open: dict[web.WebSocketResponse, C] = {}
-        self.on_visit: Callable[[], object] = lambda: None
-        self.on_empty: Callable[[], object] = lambda: None
+        self.open: dict[web.WebSocketResponse, C] = {}  # those that are connected, by their WebSockets
+        self.on_visit: Callable[[], object] = lambda: None  # called when one comes
+        self.on_empty: Callable[[], object] = lambda: None  # called when the last one has left
         self._make, self._most, self._full, self._pace = make, most, full, pace
         self._sockets: set[web.WebSocketResponse] = set()
 

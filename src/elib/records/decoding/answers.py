@@ -15,6 +15,7 @@ import re
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from elib.link.protocol.context import Context
 from elib.link.protocol.replies import MAX_LINE
@@ -43,13 +44,12 @@ class AnswerReader:
             returns what is wrong with that.
 
     Attributes:
-        expected: The answers that should come, the oldest first.
         hears_host: Whether the capture has bytes from the host.
         hears_robot: Whether the capture has bytes from the robot.
     """
 
     def __init__(self, context: Context, restarted: Callable[[], None], learned: Callable[[str], str]) -> None:
-        self.expected: deque[ExpectedAnswer] = deque()
+        self.expected: deque[ExpectedAnswer] = deque()  # the answers that should come, the oldest first
         self.hears_host = self.hears_robot = False
         self._context = context
         self._restarted = restarted
@@ -237,10 +237,10 @@ class AnswerReader:
             return self._cut(len(data), Kind.ANSWER, name="reset")
         return self._cut(len(data), Kind.HALF, problem="the end of the answer is missing")
 
-    def _cut(self, count: int, kind: Kind, *, name: str = "", value: object = None, problem: str = "") -> Line:
+    def _cut(self, count: int, kind: Kind, **about: Any) -> Line:
         self._line = max(0, self._line - count)
         unanswered, self._unanswered = tuple(self._unanswered), []
-        return self._buffer.cut(count, kind, name=name, value=value, problem=problem, unanswered=unanswered)
+        return self._buffer.cut(count, kind, **about, unanswered=unanswered)
 
     # -- expected answers --
 

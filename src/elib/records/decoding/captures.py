@@ -38,21 +38,12 @@ def raw(file: BufferedReader, direction: Direction, name: str) -> Iterator[Piece
 
 
 def hexadecimal(file: BufferedReader, direction: Direction, name: str) -> Iterator[Piece]:
-    """Read hexadecimal text.
-
-    Raises:
-        ArgumentError: A line cannot be read; the message names it.
-    """
+    """Read hexadecimal text."""
     return _HexText(direction, name).read(file)
 
 
 def mcap(file: BufferedReader, direction: Direction, name: str) -> Iterator[Piece]:
-    """Read a recording of elib, with its further parts.
-
-    Raises:
-        ArgumentError: The file is not a recording, or is a pipe.
-        Unsupported: The package mcap is not installed.
-    """
+    """Read a recording of elib, with its further parts."""
     from elib.records.reader import read_recording  # mcap may not be installed, and other forms do not need it
 
     if name == "-":

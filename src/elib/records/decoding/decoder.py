@@ -24,18 +24,13 @@ class Decoder:
     Args:
         firmware: The name of the robot's firmware; None to find it in what the robot says.
         assumed: The firmware to assume until the robot says it; None for :data:`ASSUMED`.
-
-    Attributes:
-        source: How the firmware is known: ``as told``, ``assumed``, ``by its version`` or ``by its greeting``.
-
-    Raises:
-        ArgumentError: *firmware* or *assumed* is not the name of a firmware.
     """
 
     def __init__(self, firmware: str | None = None, *, assumed: str | None = None) -> None:
         self._context = Context(profile_named(firmware or assumed or ASSUMED), origin="replay")
-        self._answers = AnswerReader(self._context, self._restarted, self._learned)
+        self._answers = AnswerReader(self._context, lambda: self._requests.restarted(), self._learned)
         self._requests = RequestReader(self._context, self._answers.expect)
+        # how the firmware is known: `as told`, `assumed`, `by its version` or `by its greeting`
         self.source = "as told" if firmware is not None else "assumed" if assumed is None else "by its version"
 
     @property
@@ -72,9 +67,6 @@ class Decoder:
     def flush(self) -> list[Line]:
         """Return lines for what is not complete: the capture ends, or the line pauses."""
         return self._requests.flush() + self._answers.flush()
-
-    def _restarted(self) -> None:
-        self._requests.restarted()
 
     def _learned(self, version: str) -> str:
         """Note the firmware that the robot names; return what is wrong with that."""

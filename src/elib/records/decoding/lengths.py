@@ -23,17 +23,11 @@ class Part:
 
 @dataclass(slots=True)
 class Measure:
-    """The known facts about the answer of a binary session.
+    """The known facts about the answer of a binary session."""
 
-    Attributes:
-        parts: The answers to single commands that are there as a whole.
-        length: Bytes in all; None while the header of a picture, or bytes before it, are missing.
-        error: Why the length cannot be told; *length* then ends with the header that is wrong.
-    """
-
-    parts: list[Part] = field(default_factory=list)
-    length: int | None = None
-    error: str = ""
+    parts: list[Part] = field(default_factory=list)  # the answers to single commands that are there as a whole
+    length: int | None = None  # bytes in all; None while the header of a picture, or bytes before it, are missing
+    error: str = ""  # why the length cannot be told; *length* then ends with the header that is wrong
 
     @property
     def is_whole(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from collections import deque
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 Direction = Literal["to robot", "to host"]
 
@@ -39,17 +39,11 @@ FAULTS = (Kind.SURPLUS, Kind.MALFORMED, Kind.HALF, Kind.UNKNOWN, Kind.SWALLOWED)
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """One argument of a call.
+    """One argument of a call."""
 
-    Attributes:
-        name: Its name in the signature of the command.
-        value: Its value in *unit*, or the name of a choice.
-        unit: Its unit, or an empty text.
-    """
-
-    name: str
-    value: int | float | str
-    unit: str = ""
+    name: str  # its name in the signature of the command
+    value: int | float | str  # its value in *unit*, or the name of a choice
+    unit: str = ""  # its unit, or an empty text
 
     def __str__(self) -> str:
         value = f"{self.value:g}" if isinstance(self.value, float) else str(self.value)
@@ -69,31 +63,18 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """Bytes of one direction that belong together, and what they mean. Every byte of a capture is in one line.
-
-    Attributes:
-        direction: The direction of the bytes.
-        offset: The number of bytes of this direction before them.
-        time: When the first of them came, s; None if the capture does not tell.
-        data: The bytes.
-        kind: What the bytes are.
-        calls: The commands of a request.
-        name: The command that is answered, or what the bytes are, in words.
-        value: The value of an answer; None for an acknowledgement and for other kinds.
-        problem: What is wrong or unusual.
-        unanswered: Earlier requests that, as this line shows, get no answer any more.
-    """
+    """Bytes of one direction that belong together, and what they mean. Every byte of a capture is in one line."""
 
     direction: Direction
-    offset: int
-    time: float | None
-    data: bytes
-    kind: Kind
-    calls: tuple[Call, ...] = ()
-    name: str = ""
-    value: object = None
-    problem: str = ""
-    unanswered: tuple[str, ...] = ()
+    offset: int  # the number of bytes of this direction before them
+    time: float | None  # when the first of them came, s; None if the capture does not tell
+    data: bytes  # the bytes
+    kind: Kind  # what the bytes are
+    calls: tuple[Call, ...] = ()  # the commands of a request
+    name: str = ""  # the command that is answered, or what the bytes are, in words
+    value: object = None  # the value of an answer; None for an acknowledgement and for other kinds
+    problem: str = ""  # what is wrong or unusual
+    unanswered: tuple[str, ...] = ()  # earlier requests that, as this line shows, get no answer any more
 
 
 class CaptureBuffer:
@@ -113,25 +94,15 @@ class CaptureBuffer:
             self._times.append((self._start + len(self.bytes), time))
         self.bytes += data
 
-    def cut(
-        self,
-        count: int,
-        kind: Kind,
-        *,
-        calls: tuple[Call, ...] = (),
-        name: str = "",
-        value: object = None,
-        problem: str = "",
-        unanswered: tuple[str, ...] = (),
-    ) -> Line:
-        """Remove the first *count* bytes and return them as a line."""
+    def cut(self, count: int, kind: Kind, **about: Any) -> Line:
+        """Remove the first *count* bytes and return them as a line, with what it says *about* them."""
         data = bytes(self.bytes[:count])
         offset, time = self._start, self.time
         del self.bytes[:count]
         self._start += count
         while len(self._times) > 1 and self._times[1][0] <= self._start:
             self._times.popleft()
-        return Line(self.direction, offset, time, data, kind, calls, name, value, problem, unanswered)
+        return Line(self.direction, offset, time, data, kind, **about)
 
     @property
     def time(self) -> float | None:

@@ -18,15 +18,10 @@ from elib.records.decoding.lines import Argument, Call
 
 @dataclass(frozen=True, slots=True)
 class BinaryCommand:
-    """One opcode of one firmware.
+    """One opcode of one firmware."""
 
-    Attributes:
-        name: The row of the table, or a name for what the table does not have.
-        form: Its form on the wire.
-    """
-
-    name: str
-    form: Form[object]
+    name: str  # the row of the table, or a name for what the table does not have
+    form: Form[object]  # its form on the wire
 
     @property
     def length(self) -> int:

@@ -43,24 +43,16 @@ def _nothing(context: Context) -> None:
 
 @dataclass(slots=True, eq=False)
 class ExpectedAnswer:
-    """An answer that should come.
+    """An answer that should come."""
 
-    Attributes:
-        name: The command that it answers.
-        parts: Names and shapes: one pair for text, one pair for each command of a binary session.
-        is_binary: Whether the answer has no framing.
-        request: The request, as text.
-        may_lack: Whether the answer may be missing without a fault.
-        is_outdated: Whether the robot has restarted since the request.
-        confirm: Called to note what the robot has confirmed.
-    """
-
-    name: str
+    name: str  # the command that it answers
+    # names and shapes: one pair for text, one pair for each command of a binary session
     parts: tuple[tuple[str, Reply[object]], ...]
-    is_binary: bool
-    request: str
-    may_lack: bool = False
-    is_outdated: bool = False
+    is_binary: bool  # whether the answer has no framing
+    request: str  # the request, as text
+    may_lack: bool = False  # whether the answer may be missing without a fault
+    is_outdated: bool = False  # whether the robot has restarted since the request
+    # called to note what the robot has confirmed
     confirm: Callable[[Context], None] = field(default=_nothing, repr=False)
 
     @property
@@ -70,12 +62,7 @@ class ExpectedAnswer:
 
 
 class RequestReader:
-    """Cuts the host's bytes into requests.
-
-    Args:
-        context: What is known of the robot; its profile says what the bytes mean.
-        expect: Called with the answer to expect when a request is complete.
-    """
+    """Cuts the host's bytes into requests."""
 
     def __init__(self, context: Context, expect: Callable[[ExpectedAnswer], None]) -> None:
         self._context = context

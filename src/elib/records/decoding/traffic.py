@@ -12,9 +12,7 @@ from elib.records.decoding.words import PAUSE, to_text
 class TrafficLog:
     """Shows what goes over the lines of several robots, each line of a robot by a decoder of its own.
 
-    Args:
-        firmware: Firmware by whose rules bytes are decoded until the robot says its version.
-        show: Called with each line.
+    Bytes are decoded by the rules of *firmware* until the robot says its version.
     """
 
     def __init__(self, firmware: str, show: Callable[[str], object]) -> None:
@@ -24,14 +22,7 @@ class TrafficLog:
         self._pauses: dict[str, asyncio.TimerHandle] = {}
 
     def note(self, name: str, time: float, direction: Direction, data: bytes) -> None:
-        """Take some bytes; an event loop must be running.
-
-        Args:
-            name: Name of the robot.
-            time: s since the start.
-            direction: Direction of the bytes.
-            data: The bytes.
-        """
+        """Take some bytes; an event loop must be running."""
         if name in self._pauses:
             self._pauses[name].cancel()
         else:

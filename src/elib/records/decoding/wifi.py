@@ -5,49 +5,26 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from elib.base.errors import RemoteProtocolError
+from elib.link.protocol import wifi
 from elib.link.protocol.actuators import BODY, FRONT
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.context import STANDING, Context
 from elib.link.protocol.profiles import EPUCK2_WIFI, profile_named
-from elib.link.protocol.wifi import (
-    CALIBRATE,
-    COMMAND,
-    EMPTY,
-    IMAGE,
-    PAYLOAD,
-    REQUEST,
-    SENSORS,
-    SET_STEPS,
-    SETTINGS,
-    SOUND,
-    SOUND_BITS,
-    START,
-    STREAM_IMAGES,
-    STREAM_SENSORS,
-    memory_of,
-    packet_value,
-)
 from elib.records.decoding.decoder import Decoder
 from elib.records.decoding.lines import Argument, Call, CaptureBuffer, Direction, Kind, Line
 from elib.records.decoding.opcodes import named
 
-_NAMES = {IMAGE: "image", SENSORS: "sensors", EMPTY: "marker"}
+_NAMES = {wifi.IMAGE: "image", wifi.SENSORS: "sensors", wifi.EMPTY: "marker"}
 
 
 class WifiDecoder:
-    """Turns the bytes of a Wi-Fi link into lines: one for each command and each packet.
+    """Turns the bytes of a Wi-Fi link into lines: one for each command and each packet."""
 
-    Attributes:
-        firmware: The name of the firmware.
-        source: How the firmware is known.
-        lacks_requests: Whether nothing tells what packets mean; they do so themselves.
-    """
-
-    firmware = EPUCK2_WIFI.name
-    lacks_requests = False
+    firmware = EPUCK2_WIFI.name  # the name of the firmware
+    lacks_requests = False  # whether nothing tells what packets mean; they do so themselves
 
     def __init__(self, source: str = "as told") -> None:
-        self.source = source
+        self.source = source  # how the firmware is known
         self._context = Context(EPUCK2_WIFI, origin="replay")
         self._commands, self._packets = CaptureBuffer("to robot"), CaptureBuffer("to host")
         self._heard: set[Direction] = set()
@@ -80,35 +57,35 @@ class WifiDecoder:
 
     def _read_commands(self) -> Iterable[Line]:
         buffer = self._commands
-        while len(buffer.bytes) >= COMMAND.size:
-            if buffer.bytes[0] != START:
+        while len(buffer.bytes) >= wifi.COMMAND.size:
+            if buffer.bytes[0] != wifi.START:
                 # The robot counts to 21 whatever comes; a person wants to see where the commands begin again.
-                end = buffer.bytes.find(bytes((START,)))
+                end = buffer.bytes.find(bytes((wifi.START,)))
                 yield buffer.cut(end if end > 0 else len(buffer.bytes), Kind.UNKNOWN, problem="not a command")
                 continue
-            command = bytes(buffer.bytes[: COMMAND.size])
+            command = bytes(buffer.bytes[: wifi.COMMAND.size])
             before, self._command = self._command, command
-            streams = command[REQUEST]
+            streams = command[wifi.REQUEST]
             self._markers += not streams
-            yield buffer.cut(COMMAND.size, Kind.REQUEST, calls=(_asked(streams), *_changes(before, command)))
+            yield buffer.cut(wifi.COMMAND.size, Kind.REQUEST, calls=(_asked(streams), *_changes(before, command)))
 
     def _read_packets(self) -> Iterable[Line]:
         buffer = self._packets
         while buffer.bytes:
             kind = buffer.bytes[0]
-            if kind not in PAYLOAD or (self._is_lost and kind != SENSORS):
+            if kind not in wifi.PAYLOAD or (self._is_lost and kind != wifi.SENSORS):
                 self._is_lost = True
-                end = buffer.bytes.find(bytes((SENSORS,)), 1)
+                end = buffer.bytes.find(bytes((wifi.SENSORS,)), 1)
                 yield buffer.cut(end if end > 0 else len(buffer.bytes), Kind.UNKNOWN, problem="not a packet")
                 continue
-            size = 1 + PAYLOAD[kind]
+            size = 1 + wifi.PAYLOAD[kind]
             if len(buffer.bytes) < size:
                 return
             yield self._packet(kind, size)
 
     def _packet(self, kind: int, size: int) -> Line:
         buffer = self._packets
-        if kind == EMPTY:
+        if kind == wifi.EMPTY:
             if self._is_in_run:
                 return buffer.cut(size, Kind.FILLER, name="the marker again")
             self._is_in_run = True
@@ -119,7 +96,7 @@ class WifiDecoder:
         self._is_in_run = False
         self._context.time = buffer.time if buffer.time is not None else self._context.time
         try:
-            value = packet_value(kind, buffer.bytes, 1, self._context)
+            value = wifi.packet_value(kind, buffer.bytes, 1, self._context)
         except RemoteProtocolError as error:
             if self._is_lost:
                 return buffer.cut(1, Kind.UNKNOWN, problem="not a packet")
@@ -136,28 +113,28 @@ def is_wifi(pieces: Iterable[tuple[float | None, Direction, bytes]]) -> bool:
         heads[direction] = heads.get(direction, b"") + data
     commands, packets = heads.get("to robot", b""), heads.get("to host", b"")
     if commands:
-        return len(commands) >= COMMAND.size and set(commands[:: COMMAND.size]) == {START}
+        return len(commands) >= wifi.COMMAND.size and set(commands[:: wifi.COMMAND.size]) == {wifi.START}
     decoder = WifiDecoder()
-    lines = decoder.feed("to host", None, packets[: 4 * (1 + PAYLOAD[SENSORS])])
+    lines = decoder.feed("to host", None, packets[: 4 * (1 + wifi.PAYLOAD[wifi.SENSORS])])
     return any(line.value is not None for line in lines) and all(line.kind is not Kind.UNKNOWN for line in lines)
 
 
 def _asked(streams: int) -> Call:
-    names = [name for bit, name in ((STREAM_IMAGES, "images"), (STREAM_SENSORS, "sensors")) if streams & bit]
+    names = [name for bit, name in ((wifi.STREAM_IMAGES, "images"), (wifi.STREAM_SENSORS, "sensors")) if streams & bit]
     return Call("stream", tuple(Argument(name, 1) for name in names)) if names else Call("marker")
 
 
 def _changes(before: bytes, command: bytes) -> Iterable[Call]:
     """Yield the calls that explain how *command* differs from the one *before*."""
-    old, new = memory_of(before), memory_of(command)
-    sets_steps, set_steps = command[SETTINGS] & SET_STEPS, before[SETTINGS] & SET_STEPS
+    old, new = wifi.memory_of(before), wifi.memory_of(command)
+    sets_steps, set_steps = command[wifi.SETTINGS] & wifi.SET_STEPS, before[wifi.SETTINGS] & wifi.SET_STEPS
     if sets_steps:
         yield _call("set_encoders", *new.speed)
     elif new.speed != old.speed and not set_steps:
         yield _call("set_speed", *new.speed)
     if new.avoidance != old.avoidance:
         yield _call("set_obstacle_avoidance", int(new.avoidance))
-    if command[SETTINGS] & CALIBRATE:
+    if command[wifi.SETTINGS] & wifi.CALIBRATE:
         yield _call("calibrate_proximity")
     for lamp in (0, 2, 4, 6):
         if new.lamps[lamp] != old.lamps[lamp]:
@@ -169,8 +146,8 @@ def _changes(before: bytes, command: bytes) -> Iterable[Call]:
         at = slice(3 * index, 3 * index + 3)
         if new.rgb[at] != old.rgb[at]:
             yield _call("set_rgb_led", 2 * index + 1, *new.rgb[at])
-    for number, bit in SOUND_BITS.items():
-        if command[SOUND] & bit and number:
+    for number, bit in wifi.SOUND_BITS.items():
+        if command[wifi.SOUND] & bit and number:
             yield _call("play_sound", number)
 
 
@@ -183,15 +160,7 @@ AnyDecoder = Decoder | WifiDecoder
 
 
 def decoder_of(firmware: str | None = None, *, assumed: str | None = None) -> AnyDecoder:
-    """Return the decoder for the links of a firmware.
-
-    Args:
-        firmware: The name of the robot's firmware; None to find it in what the robot says.
-        assumed: The firmware to assume until the robot says it; None for :data:`~elib.records.decoding.ASSUMED`.
-
-    Raises:
-        ArgumentError: *firmware* or *assumed* is not the name of a firmware.
-    """
+    """Return the decoder for the links of a firmware, or of an assumed one; both as :class:`Decoder` takes them."""
     name = firmware or assumed
     if name is not None and profile_named(name).codec == "wifi":
         return WifiDecoder("as told" if firmware else "assumed")

@@ -20,13 +20,7 @@ TEXT_SHOWN, BYTES_SHOWN = 26, 8
 
 
 def to_text(line: Line, *, robot: str = "", paint: Callable[[str, Part], str] = lambda text, _: text) -> str:
-    """Return a line as text: time or offset, the robot if it is named, direction, bytes, meaning.
-
-    Args:
-        line: The line.
-        robot: Name of the robot.
-        paint: Returns a part of the line in its colour.
-    """
+    """Return a line as text: time or offset, the robot if it is named, direction, bytes, meaning."""
     place = f"{line.offset:>10}" if line.time is None else f"{line.time:>10.4f}"
     place += f" {robot}" if robot else ""
     arrow = ">" if line.direction == "to robot" else "<"

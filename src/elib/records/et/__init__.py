@@ -14,20 +14,12 @@ from elib.base.exits import discard, exit_code
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run ``et`` and return its exit code.
-
-    Args:
-        argv: The command line without the program's name; the process's own unless given.
-    """
+    """Run ``et`` and return its exit code."""
     return exit_code(lambda: execute(sys.argv[1:] if argv is None else argv))
 
 
 def execute(tokens: Sequence[str], program: str = "et") -> None:
     """Carry out a command line.
-
-    Args:
-        tokens: The words of the command line, without the program's name.
-        program: The program's name, for the help.
 
     Raises:
         ArgumentError: The command line is wrong, or a row of the log is not what the action needs.

@@ -25,21 +25,13 @@ from elib.records.et.table import Table
 
 
 class Action(ABC):
-    """Something that et can do with rows.
+    """Something that et can do with rows."""
 
-    Attributes:
-        is_streaming: Results come while the rows are read, not only after the last one.
-    """
-
-    is_streaming: ClassVar[bool] = False
+    is_streaming: ClassVar[bool] = False  # results come while the rows are read, not only after the last one
 
     @abstractmethod
     def run(self, blocks: Iterable[Block], writer: Writer) -> None:
-        """Read all rows and write the results.
-
-        Raises:
-            RowError: A row is not what the action needs.
-        """
+        """Read all rows and write the results."""
 
     @property
     def notes(self) -> list[str]:

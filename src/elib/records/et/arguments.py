@@ -15,21 +15,13 @@ from elib.records.et.rows import NAMES
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """How a field is given on the command line. It stands in the field's type, behind ``Annotated``.
+    """How a field is given on the command line. It stands in the field's type, behind ``Annotated``."""
 
-    Attributes:
-        label: ``COLUMN``, ``--by COLUMN`` for an option, or ``WORD...`` for all the words that are left.
-        rule: What its value must be.
-        help: What the argument is.
-        field: Name of the field; set by :func:`arguments_of`.
-        default: Value of an argument that is left out; set by :func:`arguments_of`.
-    """
-
-    label: str
-    rule: Rule
-    help: str
-    field: str = ""
-    default: object = REQUIRED
+    label: str  # `COLUMN`, `--by COLUMN` for an option, or `WORD...` for all the words that are left
+    rule: Rule  # what its value must be
+    help: str  # what the argument is
+    field: str = ""  # name of the field; set by arguments_of
+    default: object = REQUIRED  # value of an argument that is left out; set by arguments_of
 
     @property
     def option(self) -> str:
@@ -64,13 +56,9 @@ class FileName(Rule):
 
 
 class ColumnNumber(int):
-    """The number of a column.
+    """The number of a column."""
 
-    Attributes:
-        label: What plots call the column: its name, if it was given by name.
-    """
-
-    label: str
+    label: str  # what plots call the column: its name, if it was given by name
 
 
 class _ColumnRule(Rule):
@@ -118,14 +106,7 @@ def arguments_of(kind: type) -> list[Parameter]:
 def values_of(kind: type, options: Mapping[str, str], words: Sequence[str] = (), *, name: str = "") -> dict[str, Any]:
     """Return the values of a dataclass's fields, by name; those that were not given are left out.
 
-    Args:
-        kind: The class.
-        options: Arguments by name; those of other classes may be among them.
-        words: Arguments by place.
-        name: Name of the action whose arguments they are, for messages; empty for those of et itself.
-
-    Raises:
-        ArgumentError: An argument is missing or wrong, or there is one too many.
+    Options of other classes may be among the *options*. The *name* of the action is for messages.
     """
     left = list(words)
     values: dict[str, Any] = {}

@@ -10,6 +10,7 @@ from inspect import getdoc
 from typing import Annotated
 
 from elib.base.errors import ArgumentError
+from elib.base.plaintext import two_columns
 from elib.base.rules import REQUIRED, Choice, nearest
 from elib.records.et.action import Action, Plotted
 from elib.records.et.actions import actions
@@ -49,23 +50,18 @@ class Help:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """The request that a command line makes.
+    """The request that a command line makes."""
 
-    Attributes:
-        action: The action, with its arguments.
-        source: Path of the log, or None for standard input.
-        destination: Path of the output, or None for standard output.
-        format: Name of the output's format, if it was given.
-        plot: Path of the picture, if one is wanted.
-    """
-
-    action: Action
+    action: Action  # the action, with its arguments
+    # path of the log, or None for standard input
     source: Annotated[
         str | None, Parameter("-s SOURCE", FileName(), "The log; standard input by default, or if it is -.")
     ] = None
+    # path of the output, or None for standard output
     destination: Annotated[
         str | None, Parameter("-d DEST", FileName(), "Where results go; standard output by default, or if it is -.")
     ] = None
+    # name of the output's format, if it was given
     format: Annotated[
         str | None,
         Parameter(
@@ -74,17 +70,14 @@ class Request:
             "text, csv, json, jsonl or parquet; by default the ending of DEST says it.",
         ),
     ] = None
+    # path of the picture, if one is wanted
     plot: Annotated[
         str | None, Parameter("--plot FILE", FileName(), "Also draw the results: a .png, .svg or .pdf.")
     ] = None
 
 
 def parse(tokens: Sequence[str]) -> Request | Help:
-    """Parse a command line; of an option that is repeated the last one holds.
-
-    Raises:
-        ArgumentError: The command line is wrong.
-    """
+    """Parse a command line; of an option that is repeated the last one holds."""
     words, options = _split(tokens)
     kind = _action(words[0]) if words else None
     if "-h" in options or not tokens:
@@ -177,14 +170,4 @@ def _default(value: object) -> str:
 
 
 def _table(rows: Sequence[tuple[str, str]]) -> str:
-    """Return two aligned columns; a long label gets a line of its own."""
-    edge = max((len(label) for label, _ in rows if len(label) <= 28), default=0)
-    lines = []
-    for label, text in rows:
-        wrapped = textwrap.wrap(text, WIDTH - edge - 4, break_on_hyphens=False)
-        if len(label) > edge:
-            lines.append(f"  {label}")
-            label = ""
-        lines.append(f"  {label:<{edge}}  {wrapped[0]}")
-        lines += [f"{'':{edge + 4}}{line}" for line in wrapped[1:]]
-    return "\n".join(lines)
+    return two_columns(rows, WIDTH, widest=28)

@@ -48,12 +48,7 @@ TYPES = {"text": "VARCHAR", "whole": "BIGINT", "number": "DOUBLE", "truth": "BOO
 
 
 def format_of(name: str | None, destination: str | None) -> str:
-    """Return the format to write: the one with this name, or the one that the file's ending names.
-
-    Raises:
-        ArgumentError: The format cannot go to this destination.
-        Unsupported: DuckDB, which writes Parquet, is not installed.
-    """
+    """Return the format to write: the one with this name, or the one that the file's ending names."""
     suffix = Path(destination or "").suffix.lower().removeprefix(".")
     asked = name or (suffix if suffix in FORMATS else "text")
     if asked == "parquet":
@@ -97,12 +92,7 @@ def opened(target: str | None) -> Iterator[ByteStream]:
 
 
 class Writer:
-    """Writer of results in one format.
-
-    Args:
-        stream: Where the bytes go.
-        format_name: ``text``, ``csv``, ``json`` or ``jsonl``.
-    """
+    """Writer of results in one format."""
 
     def __init__(self, stream: ByteStream, format_name: str) -> None:
         self._stream = stream
@@ -117,11 +107,7 @@ class Writer:
         return self._headers or LOG
 
     def copy(self, block: Block, rows: Sequence[bytes]) -> None:
-        """Write some of the rows of *block*.
-
-        Raises:
-            RowError: The format needs the same columns in all rows, and a row has others.
-        """
+        """Write some of the rows of *block*."""
         if self._format == "text":
             if rows:
                 self._stream.write(b"\n".join(rows) + b"\n")
@@ -178,15 +164,13 @@ class Writer:
             if self._format == "csv":
                 self._put(_lines([[_plain(cell) for cell in row] for row in batch]))
                 continue
-            records = [json.dumps(self._record(row), ensure_ascii=False) for row in batch]
+            named = [{at.name: _json(at, cell) for at, cell in zip(self._headers, row, strict=True)} for row in batch]
+            records = [json.dumps(row, ensure_ascii=False) for row in named]
             if self._format == "jsonl":
                 self._put("".join(f"{record}\n" for record in records))
             else:
                 self._put(self._before + ",\n".join(records))
                 self._before = ",\n"
-
-    def _record(self, row: Sequence[Cell]) -> dict[str, Cell]:
-        return {header.name: _json(header, cell) for header, cell in zip(self._headers, row, strict=True)}
 
     def _put(self, text: str) -> None:
         self._stream.write(text.encode("utf-8", "replace"))
@@ -194,11 +178,7 @@ class Writer:
 
 @contextmanager
 def writing(format_name: str, destination: str | None) -> Iterator[Writer]:
-    """Open a destination for results. A file is replaced only if the block ends without an error.
-
-    Raises:
-        ArgumentError: A file of that name cannot be made, or the format cannot hold the results.
-    """
+    """Open a destination for results. A file is replaced only if the block ends without an error."""
     if format_name != "parquet" or destination is None:
         with opened(destination) as stream:
             writer = Writer(stream, format_name)
@@ -215,12 +195,7 @@ def writing(format_name: str, destination: str | None) -> Iterator[Writer]:
 
 
 def write_table(path: Path, table: Table) -> None:
-    """Write a table into a file, in the format that its ending names; an existing file is replaced.
-
-    Raises:
-        ArgumentError: The file cannot be made.
-        ElibError: The disk is full, or fails; an existing file stays as it was.
-    """
+    """Write a table into a file, in the format that its ending names; an existing file is replaced."""
     try:
         with writing(path.suffix.removeprefix("."), str(path)) as writer:
             writer.write(table)

@@ -27,11 +27,7 @@ class Groups:
         self._values: dict[bytes, array[float]] = {}
 
     def add(self, values: Values, words: Sequence[bytes] | None = None) -> None:
-        """Add numbers to the groups of their *words*; without these, to the group of the empty word.
-
-        Raises:
-            ArgumentError: There are more different words than the memory is meant for.
-        """
+        """Add numbers to the groups of their *words*; without these, to the group of the empty word."""
         if not len(values):
             return
         by_word = {b"": values}
@@ -65,11 +61,7 @@ def grouped(blocks: Iterable[Block], column: int, by: int | None = None) -> Grou
 
 
 def check_words(words: Sized) -> None:
-    """Check that there are not too many different words to tell apart.
-
-    Raises:
-        ArgumentError: There are.
-    """
+    """Check that there are not too many different words to tell apart."""
     if len(words) > MAX_WORDS:
         raise ArgumentError(
             f"there are more than {MAX_WORDS} different words to tell apart",

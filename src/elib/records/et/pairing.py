@@ -20,34 +20,21 @@ MAX_ROBOTS = 100_000
 
 
 class Pair(NamedTuple):
-    """A call and its outcome.
-
-    Attributes:
-        time: Time of the call, s.
-        robot: The robot's name, with ``%20`` for each space.
-        event: ``ok`` or ``ko``.
-        command: The command, by the name it has in the log.
-        latency: Time from the call to its outcome, s.
-        call: Which call of the log it is, from 0.
-    """
+    """A call and its outcome."""
 
     time: float
-    robot: bytes
-    event: bytes
-    command: bytes
-    latency: float
-    call: int
+    robot: bytes  # the robot's name, with `%20` for each space
+    event: bytes  # `ok` or `ko`
+    command: bytes  # the command, by the name it has in the log
+    latency: float  # time from the call to its outcome, s
+    call: int  # which call of the log it is, from 0
 
 
 @dataclass(slots=True)
 class Pairing:
-    """Joins calls with their outcomes. An outcome belongs to the oldest call of that robot and command without one.
+    """Joins calls with their outcomes. An outcome belongs to the oldest call of that robot and command without one."""
 
-    Attributes:
-        orphans: How many outcomes have no call: the log began, or was begun again, between the two.
-    """
-
-    orphans: int = 0
+    orphans: int = 0  # how many outcomes have no call: the log began, or was begun again, between the two
     _calls: int = 0
     _given_up: Counter[tuple[bytes, bytes]] = field(default_factory=Counter)
     _open: dict[tuple[bytes, bytes], deque[tuple[float, int]]] = field(default_factory=dict)
@@ -55,11 +42,7 @@ class Pairing:
     _last: dict[bytes, float] = field(default_factory=dict)
 
     def pairs(self, block: Block) -> Iterator[Pair]:
-        """Yield the pairs whose outcome is in *block*.
-
-        Raises:
-            RowError: A row does not belong to a log.
-        """
+        """Yield the pairs whose outcome is in *block*."""
         times = block.numbers(0).tolist()
         last, unended = self._last, self._open
         for place, (row, now) in enumerate(zip(block.rows, times, strict=True)):

@@ -27,12 +27,7 @@ SQUEEZED = 10
 
 
 def check_plot(action: Action, file: str) -> None:
-    """Check that *action* can be drawn into *file*, before anything is read.
-
-    Raises:
-        ArgumentError: The action does not have a plot, or the file's ending is not supported.
-        Unsupported: Matplotlib is not installed.
-    """
+    """Check that *action* can be drawn into *file*, before anything is read."""
     if not isinstance(action, Plotted):
         raise ArgumentError(f"{type(action).__name__} has no plot", hint="et --help says which actions have one")
     if Path(file).suffix.lower() not in SUFFIXES:
@@ -42,12 +37,7 @@ def check_plot(action: Action, file: str) -> None:
 
 
 def draw_plot(action: Action, file: str, title: str) -> None:
-    """Draw the results of *action* to a file; an existing file is replaced.
-
-    Raises:
-        ArgumentError: A file of that name cannot be made.
-        OSError: The file cannot be written.
-    """
+    """Draw the results of *action* to a file; an existing file is replaced."""
     from matplotlib.figure import Figure
 
     if not isinstance(action, Plotted):

@@ -37,50 +37,36 @@ class RowError(ArgumentError):
 
 
 class Block:
-    """Some lines of a log.
-
-    Attributes:
-        rows: The rows, without line ends; comments and empty lines are left out.
-        name: Name of the source.
-        line: Number of the first line, from 1.
-        count: How many lines there are, with comments and empty lines.
-        size: How many bytes were read.
-        is_whole: Whether its last line has a line end; without one it may have been cut off.
-    """
+    """Some lines of a log."""
 
     def __init__(self, data: bytes, name: str = "stdin", line: int = 1) -> None:
         lines = data.replace(b"\r\n", b"\n").split(b"\n")
         if not lines[-1]:
             lines.pop()
+        # the rows, without line ends; comments and empty lines are left out
         self.rows = [each for each in lines if each and each[0] != 35]  # 35 is "#"
         self.name = name
-        self.line = line
-        self.count = len(lines)
-        self.size = len(data)
+        self.line = line  # number of the first line, from 1
+        self.count = len(lines)  # how many lines there are, with comments and empty lines
+        self.size = len(data)  # how many bytes were read
+        # whether its last line has a line end; without one it may have been cut off
         self.is_whole = data.endswith(b"\n")
         self._lines = lines
 
     def words(self, column: int) -> list[bytes]:
-        """Return the words of a column; a negative one counts from the end of the row.
-
-        Raises:
-            RowError: A row does not have this column.
-        """
+        """Return the words of a column; a negative one counts from the end of the row."""
         try:
             if column < 0:
                 return [row.rsplit(b" ", -column)[column] for row in self.rows]
             return [row.split(b" ", column + 1)[column] for row in self.rows]
         except IndexError:
             least = column + 1 if column >= 0 else -column
-            place = next(place for place, row in enumerate(self.rows) if row.count(b" ") + 1 < least)
-            raise self.error(place, _short(self.rows[place], column)) from None
+            place, row = next(each for each in enumerate(self.rows) if each[1].count(b" ") + 1 < least)
+            has = f"the row has {row.count(b' ') + 1}, counted from 0: {shown(text_of(row))}"
+            raise self.error(place, f"there is no column {column}: {has}") from None
 
     def numbers(self, column: int) -> NDArray[np.float64]:
-        """Return the numbers of a column. A decimal comma, which logs of 2011 have in some countries, means a point.
-
-        Raises:
-            RowError: A row does not have this column, or it does not hold a finite number.
-        """
+        """Return the numbers of a column. A decimal comma, which logs of 2011 have in some countries, means a point."""
         words = self.words(column)
         joined = b" ".join(words)
         if b"," in joined:
@@ -91,7 +77,8 @@ class Block:
             # Python's float() also accepts "nan", "1_0" and more; they have bytes that translate() leaves over here.
             if not joined.translate(None, BYTES_OF_NUMBERS) and np.isfinite(values).all():
                 return values
-        bad = next(place for place, word in enumerate(words) if not _is_finite(word))
+        finite = (NUMBER.fullmatch(word) is not None and np.isfinite(float(word)) for word in words)
+        bad = next(place for place, is_finite in enumerate(finite) if not is_finite)
         raise self.error(bad, f"column {column} is {shown(text_of(self.words(column)[bad]))}, which is not a number")
 
     def error(self, place: int, message: str) -> RowError:
@@ -106,10 +93,6 @@ def blocks_of(read: Callable[[int], bytes | None], name: str = "stdin") -> Itera
     Args:
         read: Function that returns the bytes that are there, at most so many; an empty result is the end.
         name: Name of the source, for messages.
-
-    Raises:
-        RowError: A line is longer than 16 MiB.
-        OSError: The source cannot be read.
     """
     line = 1
     rest: list[bytes] = []
@@ -132,12 +115,3 @@ def blocks_of(read: Callable[[int], bytes | None], name: str = "stdin") -> Itera
             raise RowError(f"{name}:{line}: the line is longer than {MAX_LINE >> 20} MiB; this is not a log")
     if held:
         yield Block(b"".join(rest), name, line)
-
-
-def _is_finite(word: bytes) -> bool:
-    return NUMBER.fullmatch(word) is not None and bool(np.isfinite(float(word)))
-
-
-def _short(row: bytes, column: int) -> str:
-    count = row.count(b" ") + 1
-    return f"there is no column {column}: the row has {count}, counted from 0: {shown(text_of(row))}"

@@ -13,17 +13,11 @@ Kind = Literal["text", "whole", "number", "truth", "any"]
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """The header of a column of results.
-
-    Attributes:
-        name: Name of the column, with the unit behind an underscore.
-        kind: What the cells are; ``any`` if they may differ.
-        decimals: How many decimals the numbers have in text; None for eight significant digits.
-    """
+    """The header of a column of results."""
 
     name: str
-    kind: Kind = "number"
-    decimals: int | None = None
+    kind: Kind = "number"  # what the cells are; `any` if they may differ
+    decimals: int | None = None  # how many decimals the numbers have in text; None for eight significant digits
 
     def shown(self, cell: Cell) -> str:
         """Return a cell as text."""
@@ -36,16 +30,11 @@ class Header:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table of results.
+    """A table of results."""
 
-    Attributes:
-        headers: The columns.
-        rows: The rows; they can be read once.
-        text: The form as text: ``aligned`` columns, ``rows`` that et can read again, or one ``bare`` cell.
-    """
-
-    headers: Sequence[Header]
-    rows: Iterable[Sequence[Cell]]
+    headers: Sequence[Header]  # the columns
+    rows: Iterable[Sequence[Cell]]  # the rows; they can be read once
+    # the form as text: `aligned` columns, `rows` that et can read again, or one `bare` cell
     text: Literal["aligned", "rows", "bare"] = "aligned"
 
     @classmethod

@@ -22,13 +22,7 @@ LARGE_FILE = 50_000_000
 
 
 def perform(request: Request) -> None:
-    """Carry out a request. Mistakes in the command line are found before anything is read.
-
-    Raises:
-        ArgumentError: The request cannot be carried out, or a row of the log is not what the action needs.
-        Unsupported: A package that it needs is not installed.
-        OSError: The output cannot be written.
-    """
+    """Carry out a request. Mistakes in the command line are found before anything is read."""
     format_name = format_of(request.format, request.destination)
     if request.plot is not None:
         check_plot(request.action, request.plot)
@@ -51,11 +45,7 @@ def perform(request: Request) -> None:
 
 @contextmanager
 def _source(target: str | None) -> Iterator[IO[bytes]]:
-    """Open the source: a file, or standard input.
-
-    Raises:
-        ArgumentError: The source cannot be opened.
-    """
+    """Open the source: a file, or standard input."""
     if target is not None:
         try:
             file = open(target, "rb", buffering=0)  # noqa: SIM115 - closed below

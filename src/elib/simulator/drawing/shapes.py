@@ -59,16 +59,12 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A floor's own picture, *size* pixels wide and high, with its upper left corner at *place*.
-
-    Attributes:
-        bare: What its bare places look like.
-    """
+    """A floor's own picture, *size* pixels wide and high, with its upper left corner at *place*."""
 
     place: Point
     size: Point
     floor: Floor
-    bare: Colour
+    bare: Colour  # what its bare places look like
 
 
 Shape: TypeAlias = Area | Circle | Stroke | Text | Picture

@@ -47,40 +47,26 @@ SIZE = Whole(200, 8000, "pixels")  # of the longer side
 
 @dataclass(frozen=True, slots=True)
 class Tones:
-    """The colours around the things of a drawing.
+    """The colours around the things of a drawing."""
 
-    Attributes:
-        paper: The colour beside the arena.
-        floor: The colour of bare linoleum.
-        grid: The colour of the lines on the floor.
-        edge: The colour of walls, outlines and words.
-    """
-
-    paper: Colour = PAPER
-    floor: Colour = FLOOR
-    grid: Colour = GRID
-    edge: Colour = EDGE
+    paper: Colour = PAPER  # the colour beside the arena
+    floor: Colour = FLOOR  # the colour of bare linoleum
+    grid: Colour = GRID  # the colour of the lines on the floor
+    edge: Colour = EDGE  # the colour of walls, outlines and words
 
 
 ON_PAPER = Tones()
 
 
 class Look(TypedDict, total=False):
-    """How a world is drawn.
+    """How a world is drawn."""
 
-    Attributes:
-        trails: Where each robot was, oldest first, in the order of the robots; pale is old. Fewer leave others without.
-        caption: Line below the picture; None makes one from the snapshot, "" leaves it empty.
-        size: Pixels of the arena's longer side, 200..8000.
-        zones: Parts of the floor to be marked.
-        tones: The colours around the things.
-    """
-
+    # where each robot was, oldest first, in the order of the robots; pale is old. Fewer leave others without.
     trails: Sequence[Trail]
-    caption: str | None
-    size: int
-    zones: Sequence[Zone]
-    tones: Tones
+    caption: str | None  # line below the picture; None makes one from the snapshot, "" leaves it empty
+    size: int  # pixels of the arena's longer side, 200..8000
+    zones: Sequence[Zone]  # parts of the floor to be marked
+    tones: Tones  # the colours around the things
 
 
 def top_view(

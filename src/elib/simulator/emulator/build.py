@@ -27,36 +27,24 @@ TONES = {4: 4000.0, 5: 10_000.0}
 
 @dataclass(frozen=True, slots=True)
 class Build:
-    """The hardware of one kind of robot.
+    """The hardware of one kind of robot."""
 
-    Attributes:
-        hw13: Whether it is hardware revision 1.3 of the e-puck1.
-        camera_chip: Number of the camera chip.
-        mounting: How its camera sits. The PO3030 of the e-puck1 delivers pictures that need a quarter turn to the left
-            as BTcom drives it, both mirrors on; as asercom leaves it, without them, a quarter turn to the right.
-        inertial_axes: Signs of the digital accelerometer's x, y, z, and which of the robot's axes each is: 0 forward,
-            1 to the left, 2 up.
-        counts_per_degree: Scale of the gyroscope, counts per degree/s.
-        battery: Raw readings at 3.4 V and at 4.2 V, counts.
-        has_time_of_flight: Whether it has the distance sensor.
-        slot: Time between the samplings of two pairs of infrared sensors, s.
-        sounds: How long each sound lasts, s.
-        tones: Frequencies of the sounds that are tones, Hz.
-        generation: 1, or 2 for the e-puck2: whose pictures its camera takes.
-        selector: Position of the rotary switch at first: where the firmware talks on the link that it is driven by.
-    """
-
-    hw13: bool
-    camera_chip: int
+    hw13: bool  # whether it is hardware revision 1.3 of the e-puck1
+    camera_chip: int  # number of the camera chip
+    # how its camera sits. The PO3030 of the e-puck1 delivers pictures that need a quarter turn to the left as BTcom
+    # drives it, both mirrors on; as asercom leaves it, without them, a quarter turn to the right.
     mounting: Mounting
+    # signs of the digital accelerometer's x, y, z, and which of the robot's axes each is: 0 forward, 1 to the left, 2
+    # up
     inertial_axes: tuple[tuple[int, int], tuple[int, int], tuple[int, int]] = ((1, 0), (1, 1), (1, 2))
-    counts_per_degree: float = 1000 / 8.75
-    battery: tuple[int, int] = ASERCOM_1_2_2.battery_counts
-    has_time_of_flight: bool = False
-    slot: float = 1 / 256
-    sounds: Mapping[int, float] = field(default_factory=lambda: RECORDINGS)
-    tones: Mapping[int, float] = field(default_factory=dict)
-    generation: int = 1
+    counts_per_degree: float = 1000 / 8.75  # scale of the gyroscope, counts per degree/s
+    battery: tuple[int, int] = ASERCOM_1_2_2.battery_counts  # raw readings at 3.4 V and at 4.2 V, counts
+    has_time_of_flight: bool = False  # whether it has the distance sensor
+    slot: float = 1 / 256  # time between the samplings of two pairs of infrared sensors, s
+    sounds: Mapping[int, float] = field(default_factory=lambda: RECORDINGS)  # how long each sound lasts, s
+    tones: Mapping[int, float] = field(default_factory=dict)  # frequencies of the sounds that are tones, Hz
+    generation: int = 1  # 1, or 2 for the e-puck2: whose pictures its camera takes
+    # position of the rotary switch at first: where the firmware talks on the link that it is driven by
     selector: int = 3
 
 

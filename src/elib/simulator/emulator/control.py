@@ -20,7 +20,8 @@ from elib.link.protocol.profiles import profile_named
 from elib.simulator.emulator.clock import RATE
 from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.simulation import Simulation, VirtualRobot, as_scene
-from elib.simulator.physics import Box, Colour, Cylinder, EpuckModel, Light, Pose, Snapshot, Sound, Wall, World
+from elib.simulator.physics import Box, Colour, Cylinder, Defect, EpuckModel, Light, Pose, Snapshot, Sound, Wall, World
+from elib.simulator.physics.defects import Amount, Deviation, Factor
 from elib.simulator.physics.geometry import Painted
 from elib.simulator.physics.scene import Scene
 
@@ -54,6 +55,8 @@ Frequency = Annotated[float, rule_of(Sound, "frequency")]
 Ambient = Annotated[float, rule_of(EpuckModel, "ambient")]
 
 
+Part = Annotated[str, rule_of(Defect, "of")]
+PartNumber = Annotated[int, Whole(0, 7)]
 Selector = Annotated[int, Whole(0, 15)]
 RemoteKey = Annotated[int, Whole(0, 127)]
 RemoteAddress = Annotated[int, Whole(0, 31)]
@@ -81,23 +84,15 @@ def order(method: T) -> T:
 
 
 class LinkState(Struct, frozen=True, rename={"is_connected": "connected", "is_cut": "cut"}):
-    """How a robot is connected.
+    """How a robot is connected."""
 
-    Attributes:
-        is_connected: Whether it has a program, or a port that a program can open.
-        is_cut: Whether its link is cut, so that no program can reach it.
-        script: What its fault script does to it now, such as ``("loss", "cut")``.
-        latency: Delay of its answers that was set by hand, s.
-        jitter: Standard deviation of that delay, s.
-        loss: Probability of a loss that was set by hand.
-    """
-
-    is_connected: bool
-    is_cut: bool
-    latency: float = 0.0
-    jitter: float = 0.0
-    loss: float = 0.0
-    script: tuple[str, ...] = ()
+    is_connected: bool  # whether it has a program, or a port that a program can open
+    is_cut: bool  # whether its link is cut, so that no program can reach it
+    latency: float = 0.0  # delay of its answers that was set by hand, s
+    jitter: float = 0.0  # standard deviation of that delay, s
+    loss: float = 0.0  # probability of a loss that was set by hand
+    script: tuple[str, ...] = ()  # what its fault script does to it now, such as `("loss", "cut")`
+    broken: tuple[str, ...] = ()  # what is broken in it now, in words
 
 
 class Control:
@@ -110,14 +105,11 @@ class Control:
 
     Args:
         simulation: What is controlled.
-
-    Attributes:
-        names: Names of all robots, in order.
     """
 
     def __init__(self, simulation: Simulation) -> None:
         self.simulation = simulation
-        self.names = simulation.names
+        self.names = simulation.names  # names of all robots, in order
 
     @property
     def world(self) -> World:
@@ -166,7 +158,8 @@ class Control:
         faults = virtual.manual_faults
         script = () if virtual.player is None else virtual.player.active
         link = virtual.link
-        return LinkState(link.is_connected, link.is_down, faults.latency, faults.jitter, faults.loss, script)
+        broken = tuple(str(defect) for defect in virtual.broken)
+        return LinkState(link.is_connected, link.is_down, faults.latency, faults.jitter, faults.loss, script, broken)
 
     def is_cut(self, index: int) -> bool:
         """Return whether no program can reach a robot, which is given by its index."""
@@ -501,6 +494,33 @@ class Control:
         faults = self._connected(robot).manual_faults
         for name, value in _checked(Control.set_faults, latency=latency, jitter=jitter, loss=loss).items():
             setattr(faults, name, value)
+
+    @order
+    def set_defect(
+        self,
+        robot: Which,
+        of: Part,
+        number: PartNumber | None = None,
+        *,
+        factor: Factor = 1.0,
+        shift: Amount = 0.0,
+        noise: Deviation = 0.0,
+        stuck: Amount | None = None,
+    ) -> None:
+        """Break a part of a robot, on top of its fault script; with nothing wrong, mend what was broken so by hand.
+
+        Keys are those of :class:`~elib.simulator.physics.Defect`; a *number* of None stands for all.
+        """
+        numbers = () if number is None else (number,)
+        defect = Defect(of, numbers, factor=factor, shift=shift, noise=noise, stuck=stuck)
+        self._connected(robot).break_parts(f"hand {of} {number}", () if defect == Defect(of, numbers) else (defect,))
+
+    @order
+    def mend_parts(self, robot: Which) -> None:
+        """Mend all parts of a robot that were broken by hand."""
+        virtual = self._connected(robot)
+        for by in [each for each in virtual.defects if each.startswith("hand ")]:
+            virtual.break_parts(by, ())
 
     @order
     def cut(self, robot: Which) -> None:

@@ -26,17 +26,11 @@ CHUNK = 64
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
-    """Bytes that left the robot.
+    """Bytes that left the robot."""
 
-    Attributes:
-        time: When the last of them left the wire, s.
-        data: The bytes.
-        answer: Running number, from 1, of the command or binary frame that they answer; 0 if they answer none.
-    """
-
-    time: float
-    data: bytes
-    answer: int
+    time: float  # when the last of them left the wire, s
+    data: bytes  # the bytes
+    answer: int  # running number, from 1, of the command or binary frame that they answer; 0 if they answer none
 
 
 class Emulator:
@@ -52,10 +46,6 @@ class Emulator:
         baud: Bits a second each way; 0 for a line that takes no time.
         timing: How long things take; None for the firmware's own durations.
         booted: Whether the robot is on already: no start-up, no banner.
-
-    Attributes:
-        firmware: The running firmware.
-        memory: The program memory that an e-puck1's bootloader writes.
 
     Raises:
         ArgumentError: There is no such firmware.
@@ -82,8 +72,9 @@ class Emulator:
         self._world_time: float | None = None
         self._next: float | None = None
         """When the program does something next, s, as long as it is known."""
-        self.memory = ProgramMemory()
-        self.firmware: Firmware
+        self.memory = ProgramMemory()  # the program memory that an e-puck1's bootloader writes
+        self.pace = 1.0  # how fast its clock goes, which times its motors and its work
+        self.firmware: Firmware  # the running firmware
         self._connection: RobotConnection
         self._received: ReceiveRing | ReceiveQueue
         self._steps: FirmwareSteps | None
@@ -159,7 +150,7 @@ class Emulator:
             self._world_time = time
             if before is not None and self._timing.runs:
                 for motor in self.firmware.motors:
-                    motor.run(time - before)
+                    motor.run((time - before) * self.pace)
 
     def tick(self, count: int) -> None:
         """Let the motors alone run *count* ticks of 0.1 ms."""
@@ -281,11 +272,11 @@ class Emulator:
                     if waits:
                         self._free_at = end
                 case Busy(seconds):
-                    self._free_at = time + seconds
+                    self._free_at = time + seconds / self.pace
                 case Listen(seconds):
-                    self._listens_until = time + seconds
+                    self._listens_until = time + seconds / self.pace
                 case Deaf(seconds):
-                    self._free_at = time + seconds
+                    self._free_at = time + seconds / self.pace
                     self._is_deaf = True
                 case Restart():
                     self.firmware.switch_off()

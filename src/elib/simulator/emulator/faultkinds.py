@@ -6,21 +6,26 @@ A kind is a class in :data:`KINDS`, which a script file, the reference page and 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from random import Random
 from types import MappingProxyType
-from typing import Annotated, ClassVar, Protocol
+from typing import Annotated, Any, ClassVar, Protocol
 
 from elib.base.errors import ArgumentError
-from elib.base.rules import Number, check
+from elib.base.rules import Choice, Number, Several, Whole, check
+from elib.base.tables import Key
+from elib.simulator.emulator.faults import Fault, both
 from elib.simulator.emulator.link import Link
+from elib.simulator.physics.defects import FASTEST_CLOCK, LEAST_CLOCK, SENSORS, Defect
 
 MAX_TIME = 1e6
 """s; more than eleven days, longer than any script."""
 
 MAX_CHANGES = 1000
 """Beginnings and ends of cuts in a row after which a link counts as dead for good."""
+
+WHEELS = "left", "right"
 
 Start = Annotated[float, Number(0, MAX_TIME, "s", example="5")]
 Span = Annotated[float, Number(0.001, MAX_TIME, "s", example="5")]
@@ -104,12 +109,7 @@ class When:
 
 @dataclass(frozen=True, slots=True)
 class Ramp:
-    """A strength that changes from one value to another while a fault holds, or stays the same.
-
-    Attributes:
-        first: Strength at the beginning.
-        last: Strength at the end.
-    """
+    """A strength that changes from one value to another while a fault holds, or stays the same."""
 
     first: float
     last: float
@@ -121,37 +121,27 @@ class Ramp:
 
 @dataclass(frozen=True, slots=True)
 class Strength(Number):
-    """One number that says how bad a fault is.
+    """One number that says how bad a fault is."""
 
-    Attributes:
-        name: Name of the key in the file.
-        meaning: What it sets, in a few words.
-        default: The value if the file does not give one; None if the file must give one.
-        may_change: Whether it may change from one value to another: ``[0.0, 0.9]``.
-    """
-
-    name: str = ""
-    meaning: str = ""
-    default: float | None = None
-    may_change: bool = False
+    name: str = ""  # of the key in the file
+    meaning: str = ""  # what it sets, in a few words
+    default: float | None = None  # None if the file must give it
+    may_change: bool = False  # from one value to another: `[0.0, 0.9]`
 
 
 @dataclass(frozen=True, slots=True)
 class TimedFault:
     """A fault of a script.
 
-    Attributes:
-        kind: Name of its kind in :data:`KINDS`.
-        when: The times at which it holds.
-        strengths: How bad it is, by the kind's keys; those left out have the kind's defaults.
-
     Raises:
         ArgumentError: The times do not fit the kind, or a number may not change; the message says which, and a cure.
     """
 
-    kind: str
+    kind: str  # its name in KINDS
     when: When = When()
-    strengths: Mapping[str, Ramp] = field(default_factory=dict)
+    strengths: Mapping[str, Ramp] = field(default_factory=dict)  # how bad it is, by the kind's keys
+    which: Mapping[str, Any] = field(default_factory=dict)  # what it hits, by the kind's names
+    robots: tuple[int, ...] = ()  # which robots it hits, counted from 1; empty for all
 
     def __post_init__(self) -> None:
         kind = KINDS[self.kind]
@@ -166,6 +156,11 @@ class TimedFault:
             raise ArgumentError("for is missing: how long it holds each time", hint="write for = SECONDS")
         if kind.needs_end and not self.when.is_bounded:
             raise ArgumentError(f"a {self.kind} needs an end", hint="write for = SECONDS, or until = SECONDS")
+        kind.check(self)
+
+    def hits(self, robot: int) -> bool:
+        """Whether it is a fault of this robot, counted from 0."""
+        return not self.robots or robot + 1 in self.robots
 
     def level(self, key: str, share: float) -> float:
         """Return the strength *key* when *share*, 0 to 1, of the fault's span has passed."""
@@ -192,25 +187,6 @@ class TimedFault:
 
 
 @dataclass(slots=True)
-class Fate:
-    """What becomes of one answer.
-
-    Attributes:
-        lose: Nothing of it comes.
-        halve: Only its first half comes.
-        corrupt: A bit of one of its first bytes is inverted.
-        copy_after: When it comes once more, s after its end; None for never.
-        delay: How much later it comes, s.
-    """
-
-    lose: bool = False
-    halve: bool = False
-    corrupt: bool = False
-    copy_after: float | None = None
-    delay: float = 0.0
-
-
-@dataclass(slots=True)
 class Counts:
     """Numbers of what a script has done so far.
 
@@ -226,6 +202,7 @@ class Counts:
         silences: How often the answers stopped.
         cuts: How often the link was cut.
         resets: How often the robot restarted.
+        defects: How often something broke or changed in the robot.
     """
 
     answers: int = 0
@@ -239,6 +216,7 @@ class Counts:
     silences: int = 0
     cuts: int = 0
     resets: int = 0
+    defects: int = 0
 
 
 class Player(Protocol):
@@ -246,6 +224,7 @@ class Player(Protocol):
 
     link: Link
     tally: Counts
+    break_parts: Callable[[str, Sequence[Defect]], object]
 
     @property
     def is_dead(self) -> bool:
@@ -263,25 +242,27 @@ class Kind:
     """
 
     keys: ClassVar[tuple[Strength, ...]] = ()
-    """The strengths that it has."""
-    is_instant: ClassVar[bool] = False
-    """Whether it happens at one moment and has no length."""
-    needs_end: ClassVar[bool] = False
-    """Whether it must end each time it holds."""
-    may_repeat: ClassVar[bool] = True
-    """Whether it may come again."""
+    names: ClassVar[tuple[Key, ...]] = ()  # keys that say what it hits
+    is_instant: ClassVar[bool] = False  # whether it happens at one moment and has no length
+    needs_end: ClassVar[bool] = False  # whether it must end each time it holds
+    may_repeat: ClassVar[bool] = True  # whether it may come again
 
     def __init__(self, player: Player, faults: Sequence[tuple[TimedFault, Random]]) -> None:
         self.player = player
         self.faults = faults
+
+    @classmethod
+    def check(cls, fault: TimedFault) -> None:
+        """Refuse a fault that makes no sense: an ArgumentError."""
 
     @property
     def blocks_robot(self) -> bool:
         """Whether no program can talk to the robot because of it."""
         return False
 
-    def hit(self, time: float, answer: Fate) -> None:
-        """Change what becomes of an answer that leaves the robot at *time*."""
+    def hit(self, time: float) -> Fault | None:
+        """Return what goes wrong with an answer that leaves the robot at *time*; None for nothing."""
+        return None
 
     def play(self, time: float) -> None:
         """Do what is due at *time*."""
@@ -294,16 +275,20 @@ class Kind:
 class AnswerKind(Kind):
     """A kind that hits single answers, by chance."""
 
-    def hit(self, time: float, answer: Fate) -> None:
+    what: ClassVar[Fault]
+
+    def hit(self, time: float) -> Fault | None:
         """Draw for each fault whether it hits the answer."""
+        found = None
         for fault, chance in self.faults:
             share = fault.when.share(time)
             if share is not None and chance.random() < fault.level("probability", share):
-                self._change(answer, fault, share, chance)
+                found = both(found, self._made(fault, share, chance))
+        return found
 
-    def _change(self, answer: Fate, fault: TimedFault, share: float, chance: Random) -> None:
-        """Change what becomes of an answer that is hit when *share* of the fault's span has passed."""
-        raise NotImplementedError
+    def _made(self, fault: TimedFault, share: float, chance: Random) -> Fault:
+        """Return what becomes of an answer that is hit when *share* of the fault's span has passed."""
+        return self.what
 
 
 class HeldKind(Kind):
@@ -342,9 +327,7 @@ class Loss(AnswerKind):
     """A whole answer is lost."""
 
     keys = (_probability(),)
-
-    def _change(self, answer: Fate, fault: TimedFault, share: float, chance: Random) -> None:
-        answer.lose = True
+    what = Fault(lose=True)
 
 
 class Delay(AnswerKind):
@@ -356,9 +339,9 @@ class Delay(AnswerKind):
         _probability(1.0),
     )
 
-    def _change(self, answer: Fate, fault: TimedFault, share: float, chance: Random) -> None:
+    def _made(self, fault: TimedFault, share: float, chance: Random) -> Fault:
         jitter = chance.gauss(0.0, 1.0) * fault.level("jitter", share)
-        answer.delay += max(0.0, fault.level("delay", share) + jitter)
+        return Fault(delay=max(0.0, fault.level("delay", share) + jitter))
 
 
 class Duplicate(AnswerKind):
@@ -366,26 +349,22 @@ class Duplicate(AnswerKind):
 
     keys = (_probability(), Strength(0, 60, "s", "after", "from its end to the copy", 0.0))
 
-    def _change(self, answer: Fate, fault: TimedFault, share: float, chance: Random) -> None:
-        answer.copy_after = fault.level("after", share)
+    def _made(self, fault: TimedFault, share: float, chance: Random) -> Fault:
+        return Fault(copy_after=fault.level("after", share))
 
 
 class Halve(AnswerKind):
     """Only the first half of an answer comes."""
 
     keys = (_probability(),)
-
-    def _change(self, answer: Fate, fault: TimedFault, share: float, chance: Random) -> None:
-        answer.halve = True
+    what = Fault(halve=True)
 
 
 class Corrupt(AnswerKind):
     """The highest bit of one of an answer's first bytes is inverted."""
 
     keys = (_probability(),)
-
-    def _change(self, answer: Fate, fault: TimedFault, share: float, chance: Random) -> None:
-        answer.corrupt = True
+    what = Fault(corrupt="random")
 
 
 class Noise(Kind):
@@ -499,12 +478,7 @@ EMPTY = 3.3
 
 
 class Battery(Kind):
-    """The battery runs down; when weak, answers come later; when empty, the robot dies.
-
-    Attributes:
-        is_dead: Whether it is empty.
-        empty_at: When that is, infinite if never.
-    """
+    """The battery runs down; when weak, answers come later; when empty, the robot dies."""
 
     keys = (
         Strength(0, 5, "V", "volts", "its voltage", may_change=True),
@@ -518,6 +492,7 @@ class Battery(Kind):
         super().__init__(player, faults)
         self._in_order = sorted((fault for fault, _ in faults), key=lambda fault: fault.when.start)
         self.is_dead = False
+        # When it is empty, infinite if never.
         self.empty_at = min(map(_empty_at, self._in_order), default=math.inf)
 
     def volts(self, time: float) -> float | None:
@@ -528,13 +503,13 @@ class Battery(Kind):
         share = fault.when.share(time)
         return fault.level("volts", 1.0 if share is None else share)
 
-    def hit(self, time: float, answer: Fate) -> None:
+    def hit(self, time: float) -> Fault | None:
         """Delay the answer of a robot with a weak battery: more, the emptier it is."""
         fault, volts = self._last_begun(time), self.volts(time)
         if fault is None or volts is None or volts >= WEAK:
-            return
+            return None
         slows, empty = fault.level("slows", 0.0), fault.level("empty", 0.0)
-        answer.delay += slows * min(1.0, (WEAK - volts) / (WEAK - empty)) if empty < WEAK else slows
+        return Fault(delay=slows * min(1.0, (WEAK - volts) / (WEAK - empty)) if empty < WEAK else slows)
 
     def play(self, time: float) -> None:
         """Switch the robot off when the battery is empty."""
@@ -564,6 +539,81 @@ def _empty_at(fault: TimedFault) -> float:
     return start + (end - start) * (first - empty) / (first - last)
 
 
+def _reading(unit: str, whose: str) -> tuple[Strength, ...]:
+    """Return the keys of what is read."""
+    return (
+        Strength(-1e5, 1e5, unit, "stuck", f"what {whose} is, whatever there is", math.nan),
+        Strength(-1e5, 1e5, unit, "shift", f"what is added to {whose}", 0.0),
+        Strength(0, 1e5, unit, "noise", "standard deviation of noise that is added", 0.0),
+        Strength(0, 100, "", "factor", f"what is left of {whose}; 0 if it is dead", 1.0),
+    )
+
+
+class DefectKind(HeldKind):
+    """A kind that breaks a part of the robot from its beginning to its end."""
+
+    _broken: tuple[Defect, ...] = ()
+
+    @property
+    def blocks_robot(self) -> bool:
+        """Whether no program can talk to the robot because of it."""
+        return False
+
+    @classmethod
+    def check(cls, fault: TimedFault) -> None:
+        """Refuse a fault with which everything works, and one of a number that the part does not have."""
+        if not fault.strengths:
+            raise ArgumentError("nothing is wrong", hint=f"write {' or '.join(key.name for key in cls.keys)}")
+        cls.defect(fault)
+
+    @classmethod
+    def defect(cls, fault: TimedFault) -> Defect:
+        """Return what is broken."""
+        strengths = {key.name: fault.level(key.name, 0.0) for key in cls.keys}
+        given: dict[str, Any] = {name: value for name, value in strengths.items() if not math.isnan(value)}
+        wheel, numbers = fault.which.get("wheel"), fault.which.get("numbers", ())
+        return Defect(
+            fault.which.get("sensor", fault.kind), numbers if wheel is None else (WHEELS.index(wheel),), **given
+        )
+
+    def play(self, time: float) -> None:
+        """Break and mend what is due."""
+        broken = tuple(self.defect(fault) for fault, _ in self.faults if fault.when.share(time) is not None)
+        if broken != self._broken:
+            self._broken = broken
+            self.player.tally.defects += 1
+            self.player.break_parts(type(self).__name__, broken)
+
+
+class Sensor(DefectKind):
+    """A sensor reads something wrong: stuck, dead, shifted, weak or noisy, in the unit of its readings."""
+
+    keys = _reading("", "the reading")
+    names = (
+        Key("sensor", Choice(SENSORS, example='"proximity"'), ("sensor",)),
+        Key("numbers", Several(Whole(0, 7), 1, 8, example="[0, 7]", otherwise="all"), ("numbers",), ((),)),
+    )
+
+
+class Wheel(DefectKind):
+    """A wheel rolls less than its motor turns it. The step counters do not notice."""
+
+    keys = (Strength(0, 100, "", "factor", "how much of its way it rolls; 0 if it is loose"),)
+    names = (Key("wheel", Choice(WHEELS, example='"left"', otherwise="both"), ("wheel",), ((),)),)
+
+
+class Camera(DefectKind):
+    """The camera's pictures are wrong: all of one colour, dark, bright or noisy."""
+
+    keys = _reading("of 255", "each colour of each pixel")
+
+
+class Clock(DefectKind):
+    """The robot's clock goes wrong: its motors turn, and its firmware works, so much faster or slower."""
+
+    keys = (Strength(LEAST_CLOCK, FASTEST_CLOCK, "", "factor", "how fast it goes"),)
+
+
 KINDS: Mapping[str, type[Kind]] = MappingProxyType(
     {
         "loss": Loss,
@@ -577,6 +627,10 @@ KINDS: Mapping[str, type[Kind]] = MappingProxyType(
         "cut": Cut,
         "reset": Reset,
         "battery": Battery,
+        "sensor": Sensor,
+        "wheel": Wheel,
+        "camera": Camera,
+        "clock": Clock,
     }
 )
 """Every kind of fault, by the name it has in a file."""

@@ -6,13 +6,14 @@ import asyncio
 import dataclasses
 import math
 import random
-from typing import Literal
+from collections.abc import Callable, Sequence
 
 from elib.base.timebase import SimulatedLoop
-from elib.simulator.emulator.faultkinds import KINDS, Battery, Counts, Cut, Fate, TimedFault
-from elib.simulator.emulator.faults import Fault
+from elib.simulator.emulator.faultkinds import KINDS, Battery, Counts, Cut, TimedFault
+from elib.simulator.emulator.faults import Fault, both
 from elib.simulator.emulator.faultscript import FaultScript
 from elib.simulator.emulator.link import Link
+from elib.simulator.physics.defects import Defect
 
 MAX_FAULTS_IN_A_ROW = 3
 """Answers in a row that were lost, damaged or a second late, after which a program may give the robot up: as many
@@ -34,17 +35,12 @@ class FaultPlayer:
         script: What happens, and when.
         robot: Which robot of its world this is; each draws its own random numbers.
         seed: Instead of the script's.
-
-    Attributes:
-        script: The script.
-        link: As given.
-        tally: Numbers of what the script has done so far.
     """
 
     def __init__(self, link: Link, script: FaultScript, *, robot: int = 0, seed: int | None = None) -> None:
         self.script = script
         self.link = link
-        self.tally = Counts()
+        self.tally = Counts()  # numbers of what the script has done so far
         self._loop = asyncio.get_running_loop()
         self._began: float | None = None
         self._heard = 0.0
@@ -52,7 +48,9 @@ class FaultPlayer:
         self._timer: asyncio.TimerHandle | None = None
         base = script.seed if seed is None else seed
         faults: dict[str, list[tuple[TimedFault, random.Random]]] = {}
-        for index, fault in enumerate(script.faults):
+        self.break_parts: Callable[[str, Sequence[Defect]], object] = lambda by, defects: None
+        self._own = [(index, fault) for index, fault in enumerate(script.faults) if fault.hits(robot)]
+        for index, fault in self._own:
             chance = random.Random(f"{base} robot {robot} fault {index}")
             faults.setdefault(fault.kind, []).append((fault, chance))
         self._kinds = {name: KINDS[name](self, each) for name, each in faults.items()}
@@ -87,7 +85,7 @@ class FaultPlayer:
         if self._began is None:
             return ()
         time = self.time
-        return tuple(dict.fromkeys(each.kind for each in self.script.faults if each.when.share(time) is not None))
+        return tuple(dict.fromkeys(each.kind for _, each in self._own if each.when.share(time) is not None))
 
     @property
     def is_cut(self) -> bool:
@@ -132,23 +130,20 @@ class FaultPlayer:
         """Return what goes wrong with an answer that leaves the robot at *time*, s since the link's origin."""
         if self._began is None:
             return None
-        fate = Fate()
+        fate = Fault()
         for kind in self._kinds.values():
-            kind.hit(time - self._began, fate)
-        is_bad = fate.lose or fate.halve or fate.corrupt or fate.delay >= 1
+            if (more := kind.hit(time - self._began)) is not None:
+                fate = both(fate, more)
+        is_corrupt = fate.corrupt is not None
+        is_bad = fate.lose or fate.halve or is_corrupt or fate.delay >= 1
         self._faults_in_a_row = self._faults_in_a_row + 1 if is_bad else 0
         self.tally.answers += 1
         self.tally.lost += fate.lose
-        if fate.lose:  # nothing is left of it that could have another fault
-            return Fault(lose=True)
         self.tally.halved += fate.halve
-        self.tally.corrupted += fate.corrupt
+        self.tally.corrupted += is_corrupt
         self.tally.duplicated += fate.copy_after is not None
         self.tally.delayed += fate.delay > 0
-        if fate == Fate():
-            return None
-        corrupt: Literal["random"] | None = "random" if fate.corrupt else None
-        return Fault(halve=fate.halve, corrupt=corrupt, copy_after=fate.copy_after, delay=fate.delay)
+        return None if fate == Fault() else fate
 
     # -- what happens by itself --
 

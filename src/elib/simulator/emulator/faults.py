@@ -16,24 +16,18 @@ SECONDS, MASK, INDEX = Number(0, unit="s"), Whole(1, 255), Whole(0)
 class Fault:
     """The faults of one answer; several things at once are allowed, and ``Fault()`` lets the answer pass.
 
-    Attributes:
-        lose: Nothing of the answer arrives.
-        delay: The answer comes this much later, s; those behind it wait, for a line never reorders.
-        halve: Only the first half of its bytes arrives.
-        corrupt: Index of a byte whose bits are inverted with *mask*; ``"random"`` for any of the first 64.
-        mask: The bits to invert, 1 to 255. The default makes a character of a text answer invalid.
-        copy_after: The answer comes once more this much after its end, s; None for never. A copy that comes
-            late does not hold up other answers.
-
     Raises:
         ArgumentError: A number is out of its range.
     """
 
-    lose: bool = False
-    delay: float = 0.0
-    halve: bool = False
+    lose: bool = False  # nothing of the answer arrives
+    delay: float = 0.0  # the answer comes this much later, s; those behind it wait, for a line never reorders
+    halve: bool = False  # only the first half of its bytes arrives
+    # index of a byte whose bits are inverted with *mask*; `"random"` for any of the first 64
     corrupt: int | Literal["random"] | None = None
-    mask: int = 0x80
+    mask: int = 0x80  # the bits to invert, 1 to 255. The default makes a character of a text answer invalid.
+    # the answer comes once more this much after its end, s; None for never. A copy that comes late does not hold up
+    # other answers.
     copy_after: float | None = None
 
     def __post_init__(self) -> None:
@@ -48,6 +42,8 @@ def both(first: Fault | None, second: Fault) -> Fault:
     """Return two faults of one answer as one."""
     if first is None or second.lose:
         return second
+    if first.lose:  # nothing is left of it that could have another fault
+        return first
     return replace(
         first,
         delay=first.delay + second.delay,

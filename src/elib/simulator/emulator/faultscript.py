@@ -27,12 +27,20 @@ A script is data; :mod:`elib.simulator.emulator.faultplayer` runs it.
     kind = "reset"
     at = 12                        # once; with for, or until, where the kind has a length
 
+    [[fault]]
+    kind = "sensor"
+    robots = ["epuck-2", 5]        # of several robots: by name, or number from 1; all if left out
+    sensor = "proximity"
+    numbers = [0, 7]               # which of its readings; all if left out
+    stuck = 300                    # counts
+
 Times are seconds of robot time since the first byte that a program sent to the robot.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, cast
@@ -41,7 +49,8 @@ from elib.base.errors import ArgumentError
 from elib.base.files import FAULTS
 from elib.base.rules import Choice, Mistake, Number, Rule, Seed, check, rule_of
 from elib.base.tables import Key, Table, content_of, keys_of, others, read_toml, shipped
-from elib.simulator.emulator.faultkinds import KINDS, Ramp, Strength, TimedFault, When
+from elib.simulator.emulator.faultkinds import KINDS, DefectKind, Ramp, Strength, TimedFault, When
+from elib.simulator.physics.records import MAX_DEFECTS
 
 MAX_NUMBER = 1e12
 """Far above all numbers of a script."""
@@ -64,20 +73,14 @@ class _AnyText(Rule):
 class FaultScript:
     """Faults and their times.
 
-    Attributes:
-        name: Name of a script that comes with elib, or the path of a file.
-        description: A sentence for people.
-        seed: Seed of all random numbers, 0 to 2**64 - 1.
-        faults: The faults in the order of the file; one answer may have several.
-
     Raises:
         ArgumentError: The seed is out of its range.
     """
 
-    name: str
-    description: Annotated[str, _AnyText(example='"..."')]
-    seed: Seed = 0
-    faults: tuple[TimedFault, ...] = ()
+    name: str  # name of a script that comes with elib, or the path of a file
+    description: Annotated[str, _AnyText(example='"..."')]  # a sentence for people
+    seed: Seed = 0  # seed of all random numbers, 0 to 2**64 - 1
+    faults: tuple[TimedFault, ...] = ()  # the faults in the order of the file; one answer may have several
 
     def __post_init__(self) -> None:
         check(self)
@@ -119,10 +122,13 @@ class _FaultTable(Table):
     def read(self, table: Mapping[str, object], what: str) -> TimedFault:
         kind = str(self.values({"kind": table["kind"]} if "kind" in table else {}, what)["kind"])
         own = (_strength(strength) for strength in KINDS[kind].keys)
-        given = Table("fault", "", dict, (*self.keys, *TIMES, *own)).values(table, what)
+        names = KINDS[kind].names
+        given = Table("fault", "", dict, (*self.keys, *TIMES, ROBOTS, *names, *own)).values(table, what)
         del given["kind"]
+        robots = cast("tuple[int, ...]", given.pop("robots", ()))
+        which = {key.name: given.pop(key.name) for key in names if key.name in table}
         when = _when({key.name: given.pop(key.name) for key in TIMES if key.name in table})
-        return TimedFault(kind, when, cast("dict[str, Ramp]", given))
+        return TimedFault(kind, when, cast("dict[str, Ramp]", given), which, robots)
 
 
 def _strength(strength: Strength) -> Key:
@@ -130,6 +136,23 @@ def _strength(strength: Strength) -> Key:
     return Key(strength.name, rule, (strength.name,), () if strength.default is None else (strength.default,))
 
 
+@dataclass(frozen=True, slots=True)
+class _Robots(Rule):
+    """Some robots of a world."""
+
+    def __str__(self) -> str:
+        return 'a list of robots, each a name such as "epuck-2" or a number from 1'
+
+    def accept(self, value: object) -> tuple[int, ...]:
+        """Return their numbers, from 1."""
+        robots = value if isinstance(value, list) else ()
+        numbers = [re.fullmatch(r"(?:epuck-)?([1-9][0-9]{0,8})", str(each)) for each in robots]
+        if not numbers or not all(numbers):
+            raise self.refuse(value)
+        return tuple(int(number[1]) for number in numbers if number)
+
+
+ROBOTS = Key("robots", _Robots(example='["epuck-2"]', otherwise="all"), ("robots",), ((),))
 FAULT = _FaultTable(
     "fault", "What goes wrong.", TimedFault, (Key("kind", Choice(tuple(KINDS), example='"loss"'), ("kind",)),)
 )
@@ -140,8 +163,12 @@ def gallery() -> list[str]:
     return shipped(FAULTS)
 
 
-def load(name: str) -> FaultScript:
+def load(name: str, robots: int | None = None) -> FaultScript:
     """Read a script that comes with elib, or a file where *name* is a path or ends in ``.toml``.
+
+    Args:
+        name: The name or the path.
+        robots: How many robots the world has; None if that is not known.
 
     Raises:
         ArgumentError: There is no such script, or the file cannot be read.
@@ -150,23 +177,34 @@ def load(name: str) -> FaultScript:
     found = content_of(name, FAULTS, "fault script")
     if found is None:
         raise ArgumentError(f"there is no fault script {name!r}", hint=others(name, FAULTS))
-    return parse(found[0], name)
+    return parse(found[0], name, robots)
 
 
-def parse(content: bytes, name: str) -> FaultScript:
+def parse(content: bytes, name: str, robots: int | None = None) -> FaultScript:
     """Return the script that *content* describes.
 
     Args:
         content: TOML in UTF-8.
         name: Name of the script; messages begin with it.
+        robots: How many robots the world has; None if that is not known.
 
     Raises:
-        SimulationError: It is not TOML, or a key is missing, unknown, of the wrong type or out of its range.
+        SimulationError: It is not TOML, names a robot that is not there, or a key is missing, unknown, of the wrong
+            type or out of its range.
     """
     source, document = read_toml(content, name, "a fault script")
     parts = source.read_all(document, TOP, [FAULT])
     top = cast("dict[str, Any]", parts[""][0])
-    return FaultScript(name, faults=tuple(cast("list[TimedFault]", parts["fault"])), **top)
+    faults = cast("list[TimedFault]", parts["fault"])
+    named = {number for fault in faults for number in fault.robots} | {0}
+    for index, fault in enumerate(faults):
+        before = [each for each in faults[: index + 1] if issubclass(KINDS[each.kind], DefectKind)]
+        if any(sum(each.hits(number - 1) for each in before) > MAX_DEFECTS for number in named):
+            raise source.error(("fault", index), Mistake(f"is one too many; a robot has {MAX_DEFECTS} broken parts"))
+        if robots is not None and max(fault.robots, default=0) > robots:
+            what = f"names robot {max(fault.robots)}; the world has {robots}, epuck-1 to epuck-{robots}"
+            raise source.error(("fault", index), Mistake(what, path=("robots",)))
+    return FaultScript(name, faults=tuple(faults), **top)
 
 
 def _when(times: Mapping[str, Any]) -> When:

@@ -90,20 +90,15 @@ class FixedHardware:
         state: Values by key, as in the ``state`` objects of the golden files.
         firmware: The firmware whose robot at rest gives the missing keys; see :func:`defaults_for`.
 
-    Attributes:
-        lights: The lamps as last set.
-        sound: The sound last started, 1..5; 0 is silence.
-        rates: The wheels' step rates as last driven, steps/s.
-
     Raises:
         ArgumentError: A key is unknown or a value not allowed; the message names both.
     """
 
     def __init__(self, state: Mapping[str, object] | None = None, *, firmware: str = "") -> None:
         self._state = defaults_for(firmware)
-        self.lights = Lights()
-        self.sound = 0
-        self.rates = (0.0, 0.0)
+        self.lights = Lights()  # the lamps as last set
+        self.sound = 0  # the sound last started, 1..5; 0 is silence
+        self.rates = (0.0, 0.0)  # the wheels' step rates as last driven, steps/s
         self.set(**(state or {}))
 
     @classmethod

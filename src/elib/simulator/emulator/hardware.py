@@ -15,19 +15,14 @@ from elib.link.protocol.camera import CameraWindow
 
 @dataclass(slots=True)
 class Lights:
-    """Every lamp of the robot, as the firmware last set it.
+    """Every lamp of the robot, as the firmware last set it."""
 
-    Attributes:
-        ring: Eight ring LEDs, 0 or 1; 0 is front centre, then clockwise seen from above.
-        rgb: Red, green, blue of LED2, LED4, LED6, LED8 (ring 1, 3, 5, 7), 0..100 each; e-puck2 only.
-        body: Body LED, 0 or 1.
-        front: Front LED, 0 or 1.
-    """
-
+    # eight ring LEDs, 0 or 1; 0 is front centre, then clockwise seen from above
     ring: list[int] = field(default_factory=lambda: [0] * 8)
+    # red, green, blue of LED2, LED4, LED6, LED8 (ring 1, 3, 5, 7), 0..100 each; e-puck2 only
     rgb: list[int] = field(default_factory=lambda: [0] * 12)
-    body: int = 0
-    front: int = 0
+    body: int = 0  # body LED, 0 or 1
+    front: int = 0  # front LED, 0 or 1
 
 
 class Hardware(Protocol):

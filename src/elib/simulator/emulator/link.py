@@ -53,17 +53,6 @@ class Link:
         origin: Time of the clock that is the robot's zero, s; now, if None.
         clock: The clock of its world; the running loop's if None.
 
-    Attributes:
-        faults: Faults of the next answers, in order; append :class:`~elib.simulator.emulator.faults.Fault` values.
-        impairments: Sources of faults for answers without a fault in the queue, in order.
-        dropped: Number of bytes that were lost because there was no end, or no room.
-        trace: Called with everything that arrives at either side.
-        clock: As given.
-        down_by: Who has taken the link down; it is up while this is empty.
-        on_down: Called when the link goes down, before its end is lost.
-        on_up: Called when the link is up again.
-        on_missing: Called with the name of a package that the robot needs and that is not installed.
-
     Raises:
         ArgumentError: A number is out of its range.
     """
@@ -85,12 +74,13 @@ class Link:
             rule.require(value, name)
         self.robot = robot
         self.faults: deque[Fault] = deque()
-        self.impairments: list[Impairment] = []
-        self.dropped = 0
-        self.trace: Trace | None = None
-        self.down_by: set[Outage] = set()
-        self.on_down: Callable[[], None] | None = None
-        self.on_up: Callable[[], None] | None = None
+        self.impairments: list[Impairment] = []  # sources of faults for answers without a fault in the queue, in order
+        self.dropped = 0  # number of bytes that were lost because there was no end, or no room
+        self.trace: Trace | None = None  # called with everything that arrives at either side
+        self.down_by: set[Outage] = set()  # who has taken the link down; it is up while this is empty
+        self.on_down: Callable[[], None] | None = None  # called when the link goes down, before its end is lost
+        self.on_up: Callable[[], None] | None = None  # called when the link is up again
+        # called with the name of a package that the robot needs and that is not installed
         self.on_missing: Callable[[str], None] | None = None
         self._loop = asyncio.get_running_loop()
         self.clock = WorldClock(self._loop) if clock is None else clock

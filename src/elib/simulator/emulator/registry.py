@@ -25,21 +25,13 @@ PREFIX, SUFFIX = "simulate-", ".json"
 
 @dataclass(frozen=True, slots=True)
 class Registered:
-    """One robot of a running simulation.
+    """One robot of a running simulation."""
 
-    Attributes:
-        process: Number of the process that simulates it.
-        name: ``epuck-1``, ``epuck-2``, ...
-        urls: What opens it; all of them lead to the same robot, and one program at a time should use it.
-        firmware: Which firmware it runs.
-        world: Name of its world, or path of the world's file.
-    """
-
-    process: int
-    name: str
-    urls: tuple[str, ...]
-    firmware: str
-    world: str
+    process: int  # number of the process that simulates it
+    name: str  # `epuck-1`, `epuck-2`, ..
+    urls: tuple[str, ...]  # what opens it; all of them lead to the same robot, and one program at a time should use it
+    firmware: str  # which firmware it runs
+    world: str  # name of its world, or path of the world's file
 
     @classmethod
     def from_json(cls, entry: object) -> Self:

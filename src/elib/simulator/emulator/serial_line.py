@@ -17,13 +17,10 @@ class ReceiveRing:
 
     More unread bytes than it has slots overwrite the oldest ones, and yet as many bytes as came are delivered: some are
     lost, others come twice.
-
-    Attributes:
-        unread: Bytes that came and were not read yet.
     """
 
     def __init__(self, size: int) -> None:
-        self.unread = 0
+        self.unread = 0  # bytes that came and were not read yet
         self._slots = bytearray(size)
         self._received = 0
         self._read = 0
@@ -43,14 +40,10 @@ class ReceiveRing:
 
 
 class ReceiveQueue:
-    """A queue of *size* bytes: bytes that do not fit are lost.
-
-    Attributes:
-        unread: Bytes that came and were not read yet.
-    """
+    """A queue of *size* bytes: bytes that do not fit are lost."""
 
     def __init__(self, size: int) -> None:
-        self.unread = 0
+        self.unread = 0  # bytes that came and were not read yet
         self._size = size
         self._bytes: deque[int] = deque()
 
@@ -71,14 +64,10 @@ class IncomingLine:
 
     Args:
         baud: Bits a second; 0 for a line that takes no time.
-
-    Attributes:
-        next_arrival: When the next byte has arrived, s; infinite while none is on its way.
-        next_end: When the next byte that may complete a text command has arrived, or the last one of its piece, s.
     """
 
-    next_arrival: float
-    next_end: float
+    next_arrival: float  # when the next byte has arrived, s; infinite while none is on its way
+    next_end: float  # when the next byte that may complete a text command has arrived, or the last one of its piece, s
     _free_at: float
 
     def __init__(self, baud: int) -> None:

@@ -45,15 +45,10 @@ Traffic = Callable[[str, float, Literal["to robot", "to host"], bytes], None]
 
 @dataclass(frozen=True, slots=True)
 class Served:
-    """A robot that can be driven now.
+    """A robot that can be driven now."""
 
-    Attributes:
-        name: ``epuck-1``, ``epuck-2``, ...
-        url: What opens it, such as ``serial:///dev/pts/5``, ``tcp://127.0.0.1:40001`` or ``wifi://127.0.0.1:40002``.
-    """
-
-    name: str
-    url: str
+    name: str  # `epuck-1`, `epuck-2`, ..
+    url: str  # what opens it, such as `serial:///dev/pts/5`, `tcp://127.0.0.1:40001` or `wifi://127.0.0.1:40002`
 
 
 @contextlib.asynccontextmanager
@@ -242,14 +237,10 @@ class _TcpClient(StreamTransport):
 
 
 class _PtyPort:
-    """A robot's pty, which may vanish and come back; its name is that of a symbolic link, if it has one.
-
-    Attributes:
-        url: What opens it.
-    """
+    """A robot's pty, which may vanish and come back; its name is that of a symbolic link, if it has one."""
 
     def __init__(self, link: str | None) -> None:
-        self.url = ""
+        self.url = ""  # what opens it
         self._link = None if link is None else Path(link)
         self._pty: PtyTransport | None = None
         self._is_ignored = False

@@ -35,18 +35,12 @@ log = logging.getLogger("elib")
 
 
 class SimTransport(MemoryTransport):
-    """The program's end of the cable to a virtual robot.
-
-    Attributes:
-        simulation: World, emulators and links behind it, for demos and tests.
-        robot: The one it leads to.
-        last_command: The last command of the program that a fork goes on with, over Wi-Fi; otherwise empty.
-    """
+    """The program's end of the cable to a virtual robot."""
 
     def __init__(self, url: str, simulation: Simulation, robot: VirtualRobot) -> None:
         super().__init__(url, origin="simulator")
-        self.simulation = simulation
-        self.robot = robot
+        self.simulation = simulation  # world, emulators and links behind it, for demos and tests
+        self.robot = robot  # the one it leads to
         self.codec = profile_named(robot.firmware).codec
         self.last_command = b""
 

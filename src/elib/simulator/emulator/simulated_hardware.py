@@ -30,6 +30,7 @@ from elib.simulator.emulator.hardware import Lights
 from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, RobotProfile
 from elib.simulator.physics import Colour, Lamps, World
 from elib.simulator.physics.body import GRAVITY
+from elib.simulator.physics.defects import MAGNETOMETER_AT, Defect, pace, spoiled
 from elib.simulator.physics.noise import HARD_IRON, MAGNETOMETER, gauss, tick_key
 from elib.simulator.physics.sensors.distance import REACH
 
@@ -71,16 +72,7 @@ time_of_flight.epuck2)."""
 
 
 class SimulatedHardware:
-    """One robot of a world, as its firmware sees it (:class:`~elib.simulator.emulator.hardware.Hardware`).
-
-    Attributes:
-        volts: Returns the voltage of its battery now, V, for a fault script that runs it down. Where this is None, or
-            returns None, the robot's own battery gives the voltage.
-        hard_iron: Field that turns with the robot: forward, to the left, up, microtesla. It adds to that of its own
-            magnets, which ideal robots do not have.
-        soft_iron: What its iron makes of the world's field, seen from above: factors forward from forward, forward from
-            left, left from forward, left from left.
-    """
+    """One robot of a world, as its firmware sees it (:class:`~elib.simulator.emulator.hardware.Hardware`)."""
 
     def __init__(
         self,
@@ -131,8 +123,14 @@ class SimulatedHardware:
             world.set_infrared(robot_index, profile.infrared.gains, profile.infrared.offsets)
         self._switched_on = switched_on
         self._now = switched_on
+        # returns the voltage of its battery now, V, for a fault script that runs it down. Where this is None, or
+        # returns None, the robot's own battery gives the voltage.
         self.volts: Callable[[], float | None] | None = None
+        # field that turns with the robot: forward, to the left, up, microtesla. It adds to that of its own magnets,
+        # which ideal robots do not have.
         self.hard_iron = (0.0, 0.0, 0.0)
+        # what its iron makes of the world's field, seen from above: factors forward from forward, forward from left,
+        # left from forward, left from left
         self.soft_iron = (1.0, 0.0, 0.0, 1.0)
         self._cell = BatteryCell(charge, switched_on)
         self._sound, self._sound_ends = 0, switched_on
@@ -161,10 +159,18 @@ class SimulatedHardware:
 
     def drive(self, left: float, right: float) -> None:
         """Turn the wheels at these step rates from the time of the last :meth:`advance` on, steps/s."""
-        speeds = left * METRES_PER_STEP, right * METRES_PER_STEP
+        # The robot's clock times its motors.
+        rim = METRES_PER_STEP * pace(self.world.records.robots[self.robot_index])
+        speeds = left * rim, right * rim
         self.world.set_wheel_speeds(self.robot_index, *speeds, at=self._now)
         self._rates = left, right
         self._load()
+
+    def set_defects(self, defects: Sequence[Defect]) -> float:
+        """Break these parts of the robot, and mend all others; return how fast its clock goes now."""
+        self.world.set_defects(self.robot_index, defects)
+        self.drive(*self._rates)
+        return float(pace(self.world.records.robots[self.robot_index]))
 
     def show(self, lights: Lights) -> None:
         """Set all lamps."""
@@ -283,7 +289,9 @@ class SimulatedHardware:
         field = []
         for axis, part in enumerate(bent):
             own = MAGNETS[axis] * gauss(key, HARD_IRON + axis) + FIELD_DEVIATION * gauss(now, MAGNETOMETER + axis)
-            field.append(round((part + self.hard_iron[axis] + spread * own) / FIELD_STEP) * FIELD_STEP)
+            here, setting = records.robots[self.robot_index], records.setting[0]
+            read = spoiled(setting, here, MAGNETOMETER_AT + axis, part + self.hard_iron[axis] + spread * own)
+            field.append(round(read / FIELD_STEP) * FIELD_STEP)
         return field
 
     def temperature(self) -> int:

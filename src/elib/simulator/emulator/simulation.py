@@ -6,8 +6,8 @@ import asyncio
 import itertools
 import math
 import weakref
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TypedDict
 
 from elib.base.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
@@ -29,6 +29,7 @@ from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.wifi import WifiEmulator
 from elib.simulator.emulator.wifi_link import WifiLink
+from elib.simulator.physics.defects import Defect
 from elib.simulator.physics.placement import cleared
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.world import World
@@ -60,27 +61,33 @@ class _LinkOptions(TypedDict):
 
 @dataclass(slots=True, eq=False)
 class VirtualRobot:
-    """One robot of a simulation that programs can talk to.
+    """One robot of a simulation that programs can talk to."""
 
-    Attributes:
-        index: Its place in the world, from 0.
-        settings: The settings that it was built from.
-        firmware: Name of its firmware.
-        hardware: Its simulated or fixed hardware.
-        emulator: The emulator of its firmware, booted.
-        link: The link between the robot and its program.
-        manual_faults: What :class:`~elib.simulator.emulator.control.Control` does to its answers.
-        player: The fault script that runs on the link, if there is one.
-    """
+    index: int  # its place in the world, from 0
+    settings: SimulationSettings  # the settings that it was built from
+    firmware: str  # name of its firmware
+    hardware: Hardware  # its simulated or fixed hardware
+    emulator: Emulator  # the emulator of its firmware, booted
+    link: Link  # the link between the robot and its program
+    manual_faults: ManualFaults  # what Control does to its answers
+    player: FaultPlayer | None = None  # the fault script that runs on the link, if there is one
+    # What is broken in it, by who broke it: a kind of fault of its script, or a hand.
+    defects: dict[str, tuple[Defect, ...]] = field(default_factory=dict)
 
-    index: int
-    settings: SimulationSettings
-    firmware: str
-    hardware: Hardware
-    emulator: Emulator
-    link: Link
-    manual_faults: ManualFaults
-    player: FaultPlayer | None = None
+    @property
+    def broken(self) -> list[Defect]:
+        """Everything that is broken in it now."""
+        return [defect for each in self.defects.values() for defect in each]
+
+    def break_parts(self, by: str, defects: Sequence[Defect]) -> None:
+        """Break these parts of it, and mend what *by* broke before: a SimulationError if its readings are constant."""
+        if not isinstance(self.hardware, SimulatedHardware):
+            raise SimulationError("constant readings have no parts that break", hint="leave --hardware out")
+        self.link.catch_up()
+        self.emulator.let_world_run(self.link.now)
+        now = self.defects | {by: tuple(defects)}
+        self.emulator.pace = self.hardware.set_defects([defect for each in now.values() for defect in each])
+        self.defects = now
 
     @property
     def opens_in(self) -> float:
@@ -124,19 +131,6 @@ class Simulation:
         is_shared: Whether its robots are opened one by one, with ``robot=``.
         scene: The world, instead of the one that the settings name.
 
-    Attributes:
-        settings: What it was built from.
-        profile: How its robots differ from nominal ones.
-        loop: The event loop whose time it shares.
-        clock: The time of its world; it is the loop's until somebody pauses it or changes its speed.
-        origin: Time of that clock when the simulation began, s.
-        world: The world, or None where a file of constant readings replaces it.
-        past: Its last minute, as far as somebody looked.
-        count: How many robots there are.
-        names: Names of all robots, in order.
-        robots: Robots that have an emulator and a link, by index from 0.
-        waiting: Robots that lost their program and wait for it, by index.
-
     Raises:
         LinkNotFound: There is no such world.
         ArgumentError: There is no such firmware, fault script or robot profile, or the hardware file is wrong.
@@ -152,19 +146,21 @@ class Simulation:
         scene: Scene | None = None,
     ) -> None:
         profile_named(settings.firmware)
-        self.settings = settings
+        self.settings = settings  # what it was built from
         self.is_shared = is_shared
+        # how its robots differ from nominal ones
         self.profile = RobotProfile() if settings.profile is None else load_profile(settings.profile)
-        self.loop = asyncio.get_running_loop()
+        self.loop = asyncio.get_running_loop()  # the event loop whose time it shares
+        # the time of its world; it is the loop's until somebody pauses it or changes its speed
         self.clock = WorldClock(self.loop)
-        self.origin = self.clock.time()
+        self.origin = self.clock.time()  # time of that clock when the simulation began, s
         self._heartbeat: asyncio.TimerHandle | None = None
         self._taken: set[int] = set()
-        self.waiting: dict[int, Waiting] = {}
-        self.count = settings.robots or 1
-        self.world: World | None = None
-        self.past = Past()
-        self.robots: dict[int, VirtualRobot] = {}
+        self.waiting: dict[int, Waiting] = {}  # robots that lost their program and wait for it, by index
+        self.count = settings.robots or 1  # how many robots there are
+        self.world: World | None = None  # the world, or None where a file of constant readings replaces it
+        self.past = Past()  # its last minute, as far as somebody looked
+        self.robots: dict[int, VirtualRobot] = {}  # robots that have an emulator and a link, by index from 0
         if settings.hardware is None:
             scene = scene or Scene.load(settings.world, robots=settings.robots)
             if settings.profile is not None:
@@ -176,7 +172,7 @@ class Simulation:
             self.count = self.world.robots
             if not self.count:
                 raise no_robot(settings)
-        self.names = tuple(f"epuck-{index + 1}" for index in range(self.count))
+        self.names = tuple(f"epuck-{index + 1}" for index in range(self.count))  # names of all robots, in order
         if self.world is not None:
             self.world.name_robots(self.names)
         for index in range(self.count if is_connected else 0):
@@ -305,7 +301,7 @@ class Simulation:
         named = () if self.world is None else self.world.scene.firmware
         firmware = (named[index] if index < len(named) else "") or settings.firmware
         profile_named(firmware)
-        script = None if settings.fault is None else load_script(settings.fault)
+        script = None if settings.fault is None else load_script(settings.fault, self.count)
         hardware = self._hardware(index, firmware, settings)
         latency, jitter = self._delay(settings)
         options = _LinkOptions(
@@ -324,6 +320,7 @@ class Simulation:
         robot = VirtualRobot(index, settings, firmware, hardware, emulator, link, manual_faults)
         if script is not None:
             robot.player = FaultPlayer(link, script, robot=index, seed=settings.seed)
+            robot.player.break_parts = robot.break_parts
             if isinstance(hardware, SimulatedHardware):
                 hardware.volts = robot.player.read_volts
         link.impairments.append(manual_faults)
@@ -354,16 +351,13 @@ class Waiting:
     """A robot that lost its program and waits until the same URL is opened again.
 
     It refers to its event loop only through the simulation, so that both can be freed together.
-
-    Attributes:
-        url: What its program had opened.
-        rank: Its place among the robots that wait; the robot that was lost first has the lowest.
     """
 
     _RANKS = itertools.count()
 
     def __init__(self, url: str, simulation: Simulation, index: int) -> None:
-        self.url = url
+        self.url = url  # what its program had opened
+        # its place among the robots that wait; the robot that was lost first has the lowest
         self.rank = next(self._RANKS)
         self._simulation = simulation
         self._index = index

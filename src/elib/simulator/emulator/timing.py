@@ -17,35 +17,23 @@ DEFAULT_BAUD = 115_200
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Durations of one firmware, s.
+    """Durations of one firmware, s."""
 
-    Attributes:
-        bootloader: Tiny Bootloader waits this long after a reset and takes every byte (e-puck1 only).
-        bootloader_exit: From a byte that ends the wait early until the UART listens again.
-        startup: From the end of the bootloader to the first line of the program.
-        camera_start: From that first line to the banner (only where one comes before the banner).
-        calibration: A proximity calibration, text between its two lines.
-        calibration_lights: The part of it in which the ring is lit and nothing is measured; a calibration that the
-            e-puck2's packet asks for does not have it.
-        camera_setup: A change of the camera's window.
-        picture: From the request until the picture is in memory.
-        acceleration: A reading of the accelerometer that is averaged, asked for by text or in binary; all others take
-            the last value.
-        attitude: Computing the direction of gravity.
-        runs: Whether motors and the robot's background threads run with time. Where False, motors move only by
-            :meth:`~elib.simulator.emulator.emulator.Emulator.tick`, and the threads stand still.
-    """
-
-    bootloader: float = 0.0
-    bootloader_exit: float = 0.0
-    startup: float = 0.0
-    camera_start: float = 0.0
-    calibration: float = 0.0
+    bootloader: float = 0.0  # tiny Bootloader waits this long after a reset and takes every byte (e-puck1 only)
+    bootloader_exit: float = 0.0  # from a byte that ends the wait early until the UART listens again
+    startup: float = 0.0  # from the end of the bootloader to the first line of the program
+    camera_start: float = 0.0  # from that first line to the banner (only where one comes before the banner)
+    calibration: float = 0.0  # a proximity calibration, text between its two lines
+    # the part of it in which the ring is lit and nothing is measured; a calibration that the e-puck2's packet asks for
+    # does not have it
     calibration_lights: float = 0.0
-    camera_setup: float = 0.0
-    picture: float = 0.0
+    camera_setup: float = 0.0  # a change of the camera's window
+    picture: float = 0.0  # from the request until the picture is in memory
+    # a reading of the accelerometer that is averaged, asked for by text or in binary; all others take the last value
     acceleration: float = 0.0
-    attitude: float = 0.0
+    attitude: float = 0.0  # computing the direction of gravity
+    # whether motors and the robot's background threads run with time. Where False, motors move only by tick, and the
+    # threads stand still.
     runs: bool = True
 
     @property

@@ -35,17 +35,12 @@ class WatchedWorld:
 
     Args:
         settings: What to simulate.
-
-    Attributes:
-        users: The transports that lead to it.
-        robots: URLs of its robots, in order.
-        page: URL of the page.
     """
 
     def __init__(self, settings: SimulationSettings) -> None:
-        self.users: set[StreamTransport] = set()
-        self.robots: list[str] = []
-        self.page = ""
+        self.users: set[StreamTransport] = set()  # the transports that lead to it
+        self.robots: list[str] = []  # URLs of its robots, in order
+        self.page = ""  # URL of the page
         self._starting = threading.Lock()
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
         options = [f"--{key}={value}" for key, value in _keys(settings).items()]

@@ -93,31 +93,24 @@ class Connection:
     """One client's TCP connection, as the robot's side has it.
 
     Attributes:
-        received: Bytes that the robot has not read.
-        unacknowledged: Bytes in the robot's send buffer.
         is_ended: Whether the client will send nothing more.
         is_closed: Whether the client does not read any more either: what is sent to it is refused.
         is_reset: Whether the connection is dead, so that reading and sending fail.
     """
 
     def __init__(self) -> None:
-        self.received = bytearray()
-        self.unacknowledged = 0
+        self.received = bytearray()  # bytes that the robot has not read
+        self.unacknowledged = 0  # bytes in the robot's send buffer
         self.is_ended = self.is_closed = self.is_reset = False
 
 
 class EspTask:
-    """A task of the ESP32.
-
-    Attributes:
-        at: When it goes on at the latest, s.
-        condition: It goes on earlier when this is true; None never is.
-    """
+    """A task of the ESP32."""
 
     def __init__(self, steps: TaskSteps, at: float) -> None:
         self._steps = steps
-        self.at = at
-        self.condition: Callable[[], bool] | None = None
+        self.at = at  # when it goes on at the latest, s
+        self.condition: Callable[[], bool] | None = None  # it goes on earlier when this is true; None never is
 
     def run(self, now: float) -> bool:
         """Go on if it can; return whether it could."""
@@ -141,20 +134,18 @@ class WifiEmulator(Emulator):
         booted: Whether the robot is on already and listens.
 
     Attributes:
-        firmware: The running firmware of the main processor.
         is_stuck: Whether a client left without a valid command. As the real robot, it then accepts no other client
             until it is switched off and on (wire-protocol.md, 4.1).
-        on_stuck: Called when that happens.
     """
 
-    firmware: EPuck2Wifi
+    firmware: EPuck2Wifi  # the running firmware of the main processor
 
     def __init__(
         self, firmware: str, hardware: Hardware, *, timing: Timing | None = None, booted: bool = False
     ) -> None:
         super().__init__(firmware, hardware, timing=timing, booted=booted)
         self._now = 0.0
-        self.on_stuck: Callable[[], None] | None = None
+        self.on_stuck: Callable[[], None] | None = None  # called when that happens
         self._switch_on(0.0 if booted else NETWORK_START)
 
     # -- the interface for the caller --

@@ -25,9 +25,6 @@ class WifiPort:
         host: Address on this computer to listen at.
         port: Port, 0 for any free one.
 
-    Attributes:
-        url: What opens it.
-
     Raises:
         ArgumentError: There is no such host.
         LinkBusy: The port is taken.
@@ -41,7 +38,7 @@ class WifiPort:
         self._client: _Client | None = None
         self._socket: socket.socket | None = None
         self._serving: asyncio.Task[None] | None = None
-        self.url = ""
+        self.url = ""  # what opens it
         self._open()
         link.on_down = self.close
         link.on_up = self._open

@@ -4,6 +4,7 @@ from elib.base.pose import Pose
 from elib.simulator.physics.batch import Batch
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.controller import Controller
+from elib.simulator.physics.defects import Defect
 from elib.simulator.physics.episodes import Episodes, Scores
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.simulator.physics.geometry import Box, Colour, Cylinder, Polygon, Wall
@@ -21,6 +22,7 @@ __all__ = [
     "Colour",
     "Controller",
     "Cylinder",
+    "Defect",
     "Episodes",
     "EpuckModel",
     "Lamps",

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from elib.base.body import METRES_PER_STEP
+from elib.simulator.physics.defects import damage
 from elib.simulator.physics.elementary import angle
 from elib.simulator.physics.engine import call, kernel, opened, phase
-from elib.simulator.physics.motion import rim_speed
+from elib.simulator.physics.motion import turn_wheels
 from elib.simulator.physics.neighbours import list_near
-from elib.simulator.physics.noise import bits, numbered_key, uniform
+from elib.simulator.physics.noise import BROKEN, bits, numbered_key, uniform
 from elib.simulator.physics.packing import restore, world_at
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.sensors import sense
@@ -27,6 +28,9 @@ SCENE: Final = 8192
 START: Final = 8193
 DRAW: Final = 8194  # +0..8
 
+DEFECTS: Final = 9
+"""The row of a course's ranges that says how probable a defect is; those that may be drawn follow it."""
+
 
 class Course(NamedTuple):
     """All that the kernels of episodes work on."""
@@ -34,7 +38,9 @@ class Course(NamedTuple):
     worlds: Any  # Of type Packed; interpreted, of type Listed.
     originals: Any  # The same of each scene, as it was laid out.
     starts: Any  # (scenes, sets, robots, 4): x, y, m, cosine and sine of the heading.
-    ranges: Any  # (scenes, 9, 2): the lowest and the highest value of what is drawn.
+    # (scenes, 10 + defects, 4): the lowest and the highest value of what is drawn; how probable it is that something is
+    # broken in a robot; and a row for each thing that may be (elib.simulator.physics.defects).
+    ranges: Any
     episodes: Any  # One record a world.
     memory: Any  # (worlds, robots, n): what the controllers remember.
     remembered: Any  # (worlds, n): what the functions of the task remember.
@@ -78,10 +84,13 @@ def begin(course: Course, w: int, key: int) -> None:
     episode.delay = int(drawn(course, scene, key, 8) / setting.step + 0.5)
     episode.is_over = 0
     episode.tick = 0
-    sets = course.starts[scene]
+    sets, ranges = course.starts[scene], course.ranges[scene]
     spawn(world, sets[bits(key, START) % len(sets)], key)
     list_near(world)
     for i in range(len(world.robots)):
+        robot = world.robots[i]
+        if uniform(robot.key, BROKEN) < ranges[DEFECTS][0]:
+            damage(robot, ranges[DEFECTS + 1 + bits(robot.key, BROKEN + 1) % (len(ranges) - DEFECTS - 1)])
         for n in range(len(course.memory[w][i])):
             course.memory[w][i][n] = 0.0
     for n in range(len(course.fresh)):
@@ -127,8 +136,7 @@ def run_period(judge: Judge, kept: Kept, course: Course, world: Records, w: int)
     for tick in range(course.period + 1):
         if tick == episode.delay:
             for i in range(len(world.robots)):
-                world.robots[i].left_speed = rim_speed(world.tables[0], world.views[i].left)
-                world.robots[i].right_speed = rim_speed(world.tables[0], world.views[i].right)
+                turn_wheels(world, i)
         if tick == course.period:
             return
         advance(world, 1)

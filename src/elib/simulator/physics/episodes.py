@@ -488,8 +488,10 @@ def _starts(scene: Scene, robots: int, sets: int) -> list[list[list[float]]]:
     return found
 
 
-def _ranges(task: Task, scene: Scene) -> list[tuple[float, float]]:
-    """Return the ranges of what an episode in a scene draws."""
+def _ranges(task: Task, scene: Scene) -> list[tuple[float, ...]]:
+    """Return the ranges of what an episode in a scene draws, and what may be broken in its robots."""
     wanted = task.randomisation
     own = ((scene.model.given(name),) * 2 for name in DRAWN)
-    return [*(getattr(wanted, name) or each for name, each in zip(DRAWN, own, strict=True)), wanted.latency]
+    drawn = [*(getattr(wanted, name) or each for name, each in zip(DRAWN, own, strict=True)), wanted.latency]
+    rows = [*((low, high, 0.0, 0.0) for low, high in drawn), (wanted.broken, 0.0, 0.0, 0.0)]
+    return [*rows, *(defect.row for defect in wanted.defects)]

@@ -10,6 +10,7 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from elib.base.body import MICROPHONE_RATE
+from elib.simulator.physics.defects import MICROPHONES_AT, left_of
 from elib.simulator.physics.noise import MASK, SAMPLES_OF_SOUND, STRIDE, mix
 from elib.simulator.physics.sensors import microphones
 
@@ -50,6 +51,8 @@ def waveform(state: State, i: int, numbers: NDArray[np.int64]) -> NDArray[np.flo
             tone = np.sin(math.tau * source.frequency * sent)
             wave = tone if source.frequency > 0.0 else _noise(robot.key, number, numbers[s])
             total[s] += source.volume * part / 2 * wave * sounding[s]
+    for s in range(len(numbers)):
+        total[s] *= left_of(robot, MICROPHONES_AT + s)
     return total
 
 

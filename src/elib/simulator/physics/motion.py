@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP
+from elib.simulator.physics.defects import pace
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import MASK, MOTOR, STRIDE, mix, tick_key
 from elib.simulator.physics.records import Records, Robot, Tables
@@ -32,6 +33,14 @@ def rim_speed(tables: Tables, speed: float) -> float:
     # Limited before it becomes a whole number: compiled, that has 64 bits.
     made = tables.rim_speeds[int(min(size, FASTEST_2))]
     return made if speed > 0.0 else -made
+
+
+@kernel
+def turn_wheels(world: Records, i: int) -> None:
+    """Let the wheels of robot *i* turn as its view says."""
+    robot = world.robots[i]
+    robot.left_speed = rim_speed(world.tables[0], world.views[i].left) * pace(robot)
+    robot.right_speed = rim_speed(world.tables[0], world.views[i].right) * pace(robot)
 
 
 @kernel

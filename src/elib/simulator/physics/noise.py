@@ -32,6 +32,8 @@ NO_ECHO: Final = 108
 PICTURE: Final = 112  # +0..1: whether a row of it is broken, and which.
 PIXELS: Final = 114  # Where the noise of a picture's pixels begins.
 
+DEFECT: Final = -64  # +0..38: below 0, because the noise of pixels has no end.
+
 # Channels of one robot for good; they are keyed without a tick.
 GAIN: Final = 0  # +0..7
 OFFSETS: Final = 8  # +0..7
@@ -50,6 +52,7 @@ CAMERA: Final = 84  # 0 red, 1 green, 2 blue
 HARD_IRON: Final = 88  # +0..2
 LOUDNESS: Final = 92
 SATURATION: Final = 96  # +0..7
+BROKEN: Final = 104  # 0 whether something is broken, 1 what
 SAMPLES_OF_SOUND: Final = 1024  # + the number of the source; 0 is the room.
 PAIR: Final = 4096  # + the number of another robot: a key of the messages from it.
 

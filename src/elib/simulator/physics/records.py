@@ -11,12 +11,15 @@ from __future__ import annotations
 from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass, field, fields
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from elib.base.body import FASTEST_2
 
 SIZE = "size"
 """Metadata of a field that holds several numbers: how many."""
+
+MAX_DEFECTS: Final = 8
+"""Defects that a robot can have at the same time (:mod:`elib.simulator.physics.defects`)."""
 
 SENSOR = "sensor"
 """Metadata of a field that a file of the same name in ``sensors/`` fills."""
@@ -80,12 +83,14 @@ class Robot:
     key: int = 0  # Of its noise.
     digest: int = 0  # Of all its infrared readings so far.
     seen: int = -1  # Tick of its infrared readings; -1 for none.
+    defects: int = 0  # How many it has.
     lane: int = 0  # Which scratch its sensors work on: robots of different lanes can be sensed at the same time.
     gain: list[float] = floats(8)  # Of its infrared sensors, factors.
     offset: list[float] = floats(8)  # What they read in the open, counts.
     darkness: list[float] = floats(8)  # What they read with their emitters off, over what others read.
     black: list[float] = floats(5)  # What its ground sensors read over black, counts.
     white: list[float] = floats(5)  # The same over white.
+    defect: list[float] = floats(4 * MAX_DEFECTS)  # Of each: a bit for each number, factor, shift and noise.
 
 
 @dataclass(slots=True, eq=False)

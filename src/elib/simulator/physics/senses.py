@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import profiles, records
+from elib.simulator.physics.defects import CAMERA_AT
+from elib.simulator.physics.noise import DEFECT, MASK, STRIDE, bits, mix, quantiles, tick_key
 from elib.simulator.physics.optics import Chip, lens_named
 from elib.simulator.physics.sensors import chosen, sense
 from elib.simulator.physics.sensors.proximity import look
@@ -78,9 +80,23 @@ class Senses:
             self._camera = Camera(self._lens, self._state.floor)
         pictures = self._camera.pictures(self._seen(shown), chip, robots, *shape)
         for robot, picture in zip(robots, pictures, strict=True):
+            self._spoil(robot, picture)
             digest = hashlib.blake2b(picture.tobytes(), digest_size=4).digest()
             self._tell("picture", robot, [int.from_bytes(digest, "little")])
         return pictures
+
+    def _spoil(self, robot: int, picture: NDArray[np.uint8]) -> None:
+        """Make a picture that of a broken camera, if the robot's is; each colour of each pixel has its own noise."""
+        here, tick = self._state.world.robots[robot], int(self._state.world.setting[0].tick)
+        for k in range(here.defects):
+            which, factor, shift, deviation = here.defect[4 * k : 4 * k + 4]
+            if int(which) >> CAMERA_AT & 1:
+                import numpy as np
+
+                key = bits(tick_key(int(here.key), tick), DEFECT * (k + 1) + CAMERA_AT)
+                words: Any = mix((key + np.arange(picture.size) * STRIDE) & MASK)  # type: ignore[arg-type]
+                noise = deviation * np.array(quantiles())[words & 1023].reshape(picture.shape)
+                picture[...] = (factor * picture + shift + noise).round().clip(0, 255)
 
     def _seen(self, shown: NDArray[np.int64]) -> CameraScene:
         """Return what there is to see, for the camera."""

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 from elib.simulator.physics.contacts import collide
 from elib.simulator.physics.engine import Engine, call, kernel, loop
-from elib.simulator.physics.motion import move, rim_speed
+from elib.simulator.physics.motion import move, turn_wheels
 from elib.simulator.physics.neighbours import is_stale, list_near
 from elib.simulator.physics.pushing import finish_things, start_things
 from elib.simulator.physics.records import Records, SensorView
@@ -59,8 +59,7 @@ def drive(
         sense(world, i, sensors)
     call(law, (world.views, first, end, parameters, memory))
     for i in range(first, end):
-        world.robots[i].left_speed = rim_speed(world.tables[0], world.views[i].left)
-        world.robots[i].right_speed = rim_speed(world.tables[0], world.views[i].right)
+        turn_wheels(world, i)
 
 
 @kernel

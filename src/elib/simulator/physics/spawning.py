@@ -47,6 +47,7 @@ def spawn(world: Records, starts: Sequence[Sequence[float]], seed_key: int) -> N
         robot.touched = -1
         robot.digest = 0
         robot.seen = -1
+        robot.defects = 0
         robot.slot = SLOT
         robot.radius = RADIUS
         robot.key = numbered_key(seed_key, i)

@@ -10,8 +10,9 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP, step_rate
 from elib.base.errors import ArgumentError
-from elib.base.rules import Number, Text, Whole, check, fields_of, shown
+from elib.base.rules import Number, Probability, Text, Whole, check, fields_of, shown
 from elib.simulator.physics.body import QUALITIES, EpuckModel
+from elib.simulator.physics.defects import Defect
 from elib.simulator.physics.observing import Observation
 from elib.simulator.physics.records import SENSORS, Records
 from elib.simulator.physics.scene import Scene
@@ -49,6 +50,9 @@ class Randomisation:
             near.
         ambient: Range of what the infrared sensors read in the room's light, counts, 0..4095.
         latency: Range of the time from a decision until the wheels follow it, s, from 0 to the period of the task.
+        defects: What may be broken in a robot.
+        broken: How probable it is for each robot that one of the defects is drawn for it, 0..1. It then has that one
+            for the whole episode, and nothing but its readings shows it.
     """
 
     spread: Range | None = None
@@ -60,13 +64,21 @@ class Randomisation:
     offset_spread: Range | None = (0.0, 0.0)
     ambient: Range | None = None
     latency: Range = (0.0, 0.0)
+    defects: tuple[Defect, ...] = ()
+    broken: Probability = 0.0
 
     def __post_init__(self) -> None:
+        check(self)
+        if self.broken and not self.defects:
+            raise ArgumentError(
+                f"robots are broken with probability {self.broken:g}, but no defect is named",
+                hint='name some: defects=(Defect("proximity", (0,), stuck=300.0),)',
+            )
         limits = {each.name: each.rule for each in fields_of(EpuckModel)}
         limits["spread"] = Number(0, max(QUALITIES.values()))
         for entry in fields(self):
             given = getattr(self, entry.name)
-            if given is None:
+            if given is None or entry.name in ("defects", "broken"):
                 continue
             low, high = given
             most = getattr(limits.get(entry.name), "high", math.inf)

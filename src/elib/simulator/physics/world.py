@@ -20,6 +20,7 @@ from elib.base.pose import Pose
 from elib.base.rules import Number, Whole, is_number, rule_of, shown
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.controller import Controller
+from elib.simulator.physics.defects import Defect, damage, pace
 from elib.simulator.physics.engine import INTERPRETED, EngineName, engine_named, not_compiled
 from elib.simulator.physics.fittings import Light, Sound
 from elib.simulator.physics.floor import floor_of
@@ -28,7 +29,7 @@ from elib.simulator.physics.motion import MAX_TRAVEL, STEPS_PER_METRE
 from elib.simulator.physics.moving import Mover
 from elib.simulator.physics.placement import places
 from elib.simulator.physics.rangebearing import RangeAndBearing
-from elib.simulator.physics.records import Robot
+from elib.simulator.physics.records import MAX_DEFECTS, Robot
 from elib.simulator.physics.scene import Scene, check_scene, check_seed
 from elib.simulator.physics.senses import Senses
 from elib.simulator.physics.sensors import chosen
@@ -97,6 +98,7 @@ class World(ReadableWorld):
         self._boards = RangeAndBearing(self._state)
         self._mover = Mover(self._state)
         self._settled: dict[int, tuple[float, float]] = {}
+        self._wheels: dict[int, tuple[float, float]] = {}  # of robots of which something was broken, as they are whole
         self._lamps: dict[int, Lamps] = {}
         self._memory: Any = None
         self._memory_size = 0
@@ -133,11 +135,11 @@ class World(ReadableWorld):
         They are clipped and become the rates its step motors can make (:func:`~elib.base.body.step_rate`).
         """
         generation = self.scene.model.generation
-        left, right = WANTED.require(left, "left"), WANTED.require(right, "right")
+        left, right, here = WANTED.require(left, "left"), WANTED.require(right, "right"), self._robot(robot)
         self.set_wheel_speeds(
             robot,
-            step_rate(left, generation) * METRES_PER_STEP,
-            step_rate(right, generation) * METRES_PER_STEP,
+            step_rate(left, generation) * METRES_PER_STEP * pace(here),
+            step_rate(right, generation) * METRES_PER_STEP * pace(here),
         )
 
     def set_wheel_speeds(self, robot: int, left: float, right: float, *, at: float | None = None) -> None:
@@ -257,6 +259,7 @@ class World(ReadableWorld):
         self._senses.forget()
         self._boards.forget()
         self._settled.clear()
+        self._wheels.clear()
         self._lamps.clear()
         self._memory, self._memory_size = None, 0
 
@@ -361,6 +364,18 @@ class World(ReadableWorld):
         """Set the wheel radii of *robot*, over the nominal one, and its axle, m."""
         here = self._robot(robot)
         here.left_scale, here.right_scale, here.axle = left, right, axle
+        self._wheels.pop(robot, None)
+
+    def set_defects(self, robot: int, defects: Sequence[Defect]) -> None:
+        """Break these parts of a robot, and mend all others. A clock holds from the next wheel speeds on."""
+        here = self._robot(robot)
+        if len(defects) > MAX_DEFECTS:
+            raise ArgumentError(f"a robot has {len(defects)} defects", hint=f"at most {MAX_DEFECTS} at the same time")
+        here.left_scale, here.right_scale = self._wheels.setdefault(robot, (here.left_scale, here.right_scale))
+        here.defects = 0
+        for defect in defects:
+            damage(here, defect.row)
+        self._state.forget()
 
     def name_robots(self, names: Sequence[str]) -> None:
         """Set what messages call the robots, in order, instead of ``robot 0`` and so on.

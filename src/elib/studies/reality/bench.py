@@ -51,17 +51,11 @@ WHITE, BLACK, GREY, BLUE = "#ffffff", "#000000", "#a0a0a0", "#2060c0"
 
 
 class Field(NamedTuple):
-    """What is measured of a reading: a field of it, or all its numbers.
+    """What is measured of a reading: a field of it, or all its numbers."""
 
-    Attributes:
-        name: The field; empty for all.
-        scale: How large its unit is in that of the figures.
-        most: How many of its numbers, if not all.
-    """
-
-    name: str = ""
-    scale: float = 1.0
-    most: int | None = None
+    name: str = ""  # the field; empty for all
+    scale: float = 1.0  # how large its unit is in that of the figures
+    most: int | None = None  # how many of its numbers, if not all
 
 
 FIELDS = {
@@ -106,12 +100,7 @@ POSTS = (0.03, 0.05)
 
 
 def scene_of(model: EpuckModel, papers: Sequence[str]) -> Scene:
-    """Return the world of the bench: the arena, or a floor with papers.
-
-    Args:
-        model: Its robot.
-        papers: Colours of the papers, such as ``#c02020``; none for the arena.
-    """
+    """Return the world of the bench: the arena, or a floor with papers of these colours."""
     white = Colour.parse(WHITE)
     if not papers:
         posts = tuple(Cylinder(*_parked(index), each / 2) for index, each in enumerate(POSTS))
@@ -143,13 +132,7 @@ class NotMeasured(Exception):
 
 
 class Bench:
-    """One robot on the bench.
-
-    Args:
-        robot: The robot; None if it was recorded.
-        world: Its world.
-        papers: Colours of the papers on the floor.
-    """
+    """One robot on the bench."""
 
     def __init__(self, robot: Epuck | None = None, world: World | None = None, papers: Sequence[str] = ()) -> None:
         self._robot = robot
@@ -349,15 +332,7 @@ async def bench(url: str) -> AsyncIterator[Bench]:
 
 
 def url_of(firmware: str, *, quality: str, seed: int, papers: Sequence[str], folder: Path) -> str:
-    """Return the URL of a robot on the bench, and write its world's file.
-
-    Args:
-        firmware: Its firmware.
-        quality: How good it is.
-        seed: The seed by which it was drawn.
-        papers: Colours of the papers on the floor; none for the arena.
-        folder: Where the file lies.
-    """
+    """Return the URL of a robot on the bench, and write its world's file."""
     file = folder / f"{firmware}{'-papers' if papers else ''}.toml"
     if not file.exists():
         generation = 2 if profile_named(firmware).name.startswith("epuck2") else 1

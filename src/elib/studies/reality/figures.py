@@ -220,11 +220,7 @@ _TABLES = (
 
 
 def parse(content: bytes, filename: str) -> Reference:
-    """Return what a file of figures says.
-
-    Raises:
-        SimulationError: It breaks a rule; the message names the file, the line, the key and a cure.
-    """
+    """Return what a file of figures says."""
     file, document = read_toml(content, filename, "measured robots")
     read = file.read_all(document, Table("", "", _top, keys_of(_top)), _TABLES)
 

@@ -42,15 +42,10 @@ FRONT, DIAGONAL = [0, 7], [1, 6]
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """How a quantity is measured.
+    """How a quantity is measured."""
 
-    Attributes:
-        measure: What measures one robot.
-        of: What of all robots is compared: the median, the mean (where a robot gives a share), or the standard
-            deviation.
-    """
-
-    measure: Measure
+    measure: Measure  # what measures one robot
+    # what of all robots is compared: the median, the mean (where a robot gives a share), or the standard deviation
     of: Of
 
 

@@ -39,19 +39,13 @@ SHARES = (0.05, 0.5, 0.95)
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """One condition of a quantity.
+    """One condition of a quantity."""
 
-    Attributes:
-        robots: What real robots have.
-        simulator: The 5th, 50th and 95th percentile of virtual robots; empty where all of them make one figure.
-        compared: The figure of the virtual robots that is compared; nan if none could be measured.
-        own: The same figure of a robot that was recorded; nan without one.
-    """
-
-    robots: Figure
+    robots: Figure  # what real robots have
+    # the 5th, 50th and 95th percentile of virtual robots; empty where all of them make one figure
     simulator: tuple[float, ...]
-    compared: float
-    own: float
+    compared: float  # the figure of the virtual robots that is compared; nan if none could be measured
+    own: float  # the same figure of a robot that was recorded; nan without one
 
     @property
     def is_inside(self) -> bool:
@@ -67,17 +61,11 @@ class Condition:
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """One quantity of robots and simulator.
+    """One quantity of robots and simulator."""
 
-    Attributes:
-        quantity: What robots have.
-        confidence: How far that can be trusted.
-        conditions: Both sides in each condition.
-    """
-
-    quantity: Quantity
-    confidence: str
-    conditions: tuple[Condition, ...]
+    quantity: Quantity  # what robots have
+    confidence: str  # how far that can be trusted
+    conditions: tuple[Condition, ...]  # both sides in each condition
 
     @property
     def counts(self) -> bool:
@@ -97,21 +85,13 @@ class Beside:
 
 @dataclass(frozen=True, slots=True)
 class Realism:
-    """All quantities.
+    """All quantities."""
 
-    Attributes:
-        quality: How good the virtual robots were.
-        robots: How many were drawn.
-        seed: By which seed.
-        quantities: Every quantity that was measured.
-        own: Name of the recording of a robot; empty without one.
-    """
-
-    quality: str
-    robots: int
-    seed: int
-    quantities: tuple[Beside, ...]
-    own: str = ""
+    quality: str  # how good the virtual robots were
+    robots: int  # how many were drawn
+    seed: int  # by which seed
+    quantities: tuple[Beside, ...]  # every quantity that was measured
+    own: str = ""  # name of the recording of a robot; empty without one
 
     @property
     def shown(self) -> list[Beside]:
@@ -156,9 +136,6 @@ def realism(
         seed: By which seed; the same seed gives the same figures.
         recording: One robot that stands beside them, as ``elib record --reality`` recorded it.
         progress: Called with what is being done.
-
-    Raises:
-        ArgumentError: There is no such quality, a number is out of its range, or the recording is another one.
     """
     EpuckModel(quality=quality)
     Whole(1, MAX_ROBOTS).require(robots, "robots")

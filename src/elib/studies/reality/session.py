@@ -17,20 +17,7 @@ from elib.records.encoding import numbers_in, skipped_fields
 from elib.records.reader import Recording
 from elib.records.topics import PICTURES, READINGS
 from elib.robot.aio import Epuck
-from elib.studies.reality.bench import (
-    DRIVING,
-    EMPTY,
-    FIELDS,
-    PACKET,
-    SENSORS,
-    SERIES,
-    TURNING,
-    Bench,
-    Field,
-    NotMeasured,
-    Numbers,
-    as_sent,
-)
+from elib.studies.reality import bench
 from elib.studies.reality.figures import Quantity
 
 PLACING, AT_WALL = 45.0, 2.0
@@ -91,7 +78,7 @@ async def reality(robot: Epuck, run: RunContext) -> None:
             is_blocked = left + right < 0 and max(near[-1][i] - in_the_open[i] for i in REAR) > BEHIND
             return is_blocked or robot.time - began >= SECONDS[name]
 
-        await react(robot, step, period=PACKET)
+        await react(robot, step, period=bench.PACKET)
 
     await part("standing")
     in_the_open = np.median(near, axis=0)
@@ -103,7 +90,7 @@ async def reality(robot: Epuck, run: RunContext) -> None:
         return len(taken) == PICTURES_TAKEN
 
     await react(robot, take)
-    await part("turning", -TURNING, TURNING)
+    await part("turning", -bench.TURNING, bench.TURNING)
     run.state("placing")
     await robot.stop()
     run.say(f"now put its front against a white wall, within {PLACING:.0f} s; keep 40 cm free behind it")
@@ -122,25 +109,18 @@ async def reality(robot: Epuck, run: RunContext) -> None:
     else:
         run.say("thank you; take your hands away")
         await part("wall")
-    await part("driving", -DRIVING, -DRIVING)
+    await part("driving", -bench.DRIVING, -bench.DRIVING)
     run.state("end")
 
 
-class Recorded(Bench):
-    """The robot of a recording by ``elib record --reality``, which no hand can put elsewhere.
-
-    Args:
-        recording: The recording.
-
-    Raises:
-        ArgumentError: It was made otherwise.
-    """
+class Recorded(bench.Bench):
+    """The robot of a recording by ``elib record --reality``, which no hand can put elsewhere."""
 
     def __init__(self, recording: Recording) -> None:
         super().__init__()
         self.firmware = recording.about["firmware"]
         self._recording = recording
-        self._readings: dict[str, tuple[Numbers, Numbers]] = {}
+        self._readings: dict[str, tuple[bench.Numbers, bench.Numbers]] = {}
         notes = recording["notes"]
         is_state = notes["kind"] == "state"
         begins = [*notes["time"][is_state], math.inf]
@@ -161,53 +141,55 @@ class Recorded(Bench):
                 return self.firmware == "epuck2-wifi"
         return True
 
-    async def series(self, name: str, steps: float = 0.0, *, is_turning: bool = False, count: int = SERIES) -> Numbers:
+    async def series(
+        self, name: str, steps: float = 0.0, *, is_turning: bool = False, count: int = bench.SERIES
+    ) -> bench.Numbers:
         """Return the readings of the part in which it did this."""
-        part = {0.0: "standing", DRIVING: "driving", TURNING: "turning"}.get(steps)
+        part = {0.0: "standing", bench.DRIVING: "driving", bench.TURNING: "turning"}.get(steps)
         return self._in(part, name)[1]
 
     async def near(
-        self, name: str, distance: float, bearing: float = 0.0, count: int = 3, period: float = PACKET
-    ) -> Numbers:
+        self, name: str, distance: float, bearing: float = 0.0, count: int = 3, period: float = bench.PACKET
+    ) -> bench.Numbers:
         """Return the readings at the wall, or those while it passed a distance."""
         if bearing or "wall" not in self._parts:
-            raise NotMeasured
+            raise bench.NotMeasured
         if not distance:
             return self._in("wall", name)[1]
         times, ways = self._ways()
         if ways[-1] < distance:
-            raise NotMeasured
+            raise bench.NotMeasured
         passed, (at, rows) = float(np.interp(distance, ways, times)), self._in("driving", name, 0.0)
         found = rows[np.abs(at - passed) <= WINDOW]
         if not len(found):
-            raise NotMeasured
+            raise bench.NotMeasured
         return found
 
-    async def leaving(self) -> Numbers:
+    async def leaving(self) -> bench.Numbers:
         """Return the infrared readings while it passed 5 to 50 mm."""
         if "wall" not in self._parts:
-            raise NotMeasured
+            raise bench.NotMeasured
         at, rows = self._in("driving", "proximity", 0.0)
         ways = np.interp(at, *self._ways())
         found = rows[(ways >= 0.005) & (ways <= 0.05)]
         if len(found) < 3 * FEW:
-            raise NotMeasured
+            raise bench.NotMeasured
         return found
 
-    async def stills(self, colour: str) -> Numbers:
+    async def stills(self, colour: str) -> bench.Numbers:
         """Return the pictures that it took, whatever they show."""
         begin, end = self._part("pictures", 0.0)
         taken = [each.data for each in self._recording.entries(PICTURES.name) if begin <= each.time < end]
         if len(taken) < 2 or taken[0]["encoding"] != "rgb8":
-            raise NotMeasured
+            raise bench.NotMeasured
         pixels = [np.frombuffer(base64.b64decode(each["data"]), np.uint8) for each in taken]
-        return as_sent(np.array(pixels).reshape(len(taken), taken[0]["height"], taken[0]["width"], 3))
+        return bench.as_sent(np.array(pixels).reshape(len(taken), taken[0]["height"], taken[0]["width"], 3))
 
     async def packets(self) -> list[float]:
         """Return the times of all packets without a picture while it stood."""
         begin, end = self._part("standing")
         packets = (each for each in self._recording.exchange() if not each.to_robot and begin <= each.time < end)
-        return [each.time for each in packets if each.data[:1] in (EMPTY, SENSORS)]
+        return [each.time for each in packets if each.data[:1] in (bench.EMPTY, bench.SENSORS)]
 
     async def picture_times(self) -> list[float]:
         """Return how long its pictures took, s."""
@@ -216,18 +198,18 @@ class Recorded(Bench):
 
     def _part(self, name: str | None, ramp: float = RAMP) -> tuple[float, float]:
         if name not in self._parts:
-            raise NotMeasured
+            raise bench.NotMeasured
         begin, end = self._parts[name]
         return begin + ramp, end
 
-    def _in(self, part: str | None, name: str, ramp: float = RAMP) -> tuple[Numbers, Numbers]:
+    def _in(self, part: str | None, name: str, ramp: float = RAMP) -> tuple[bench.Numbers, bench.Numbers]:
         """Return the times and the readings of a part without its first *ramp* s.
 
         Raises:
             NotMeasured: There are few, or the robot has no such sensor.
         """
         if name not in self._readings:
-            field, skipped = FIELDS.get(name, Field()), skipped_fields()
+            field, skipped = bench.FIELDS.get(name, bench.Field()), skipped_fields()
             entries = [*self._recording.entries(READINGS.name + name)]
             rows = [
                 np.atleast_1d(each.data[field.name] if field.name else [*numbers_in(each.data, skipped).values()])
@@ -240,10 +222,10 @@ class Recorded(Bench):
         (times, found), (begin, end) = self._readings[name], self._part(part, ramp)
         chosen = (times >= begin) & (times < end)
         if chosen.sum() <= FEW or (name == "ground" and found[chosen].max() <= 0):
-            raise NotMeasured
+            raise bench.NotMeasured
         return times[chosen], found[chosen]
 
-    def _ways(self) -> tuple[Numbers, Numbers]:
+    def _ways(self) -> tuple[bench.Numbers, bench.Numbers]:
         """Return times and how far it had backed away then, m."""
         entries = [*self._recording.entries(READINGS.name + "encoders")]
         begin, end = self._parts["driving"]
@@ -251,5 +233,5 @@ class Recorded(Bench):
         steps = [each.data["left"] + each.data["right"] for each in entries if begin <= each.time < end]
         ways = -METRES_PER_STEP / 2 * (np.array(steps, float) - steps[0]) if steps else np.zeros(0)
         if len(ways) <= FEW:
-            raise NotMeasured
+            raise bench.NotMeasured
         return np.array(at), np.maximum.accumulate(ways)

@@ -17,21 +17,13 @@ from elib.tools.discovery import candidates, survey
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One check.
-
-    Attributes:
-        name: Name of the step.
-        run: Makes the check; returns what it found or raises CheckFailed.
-        needs: Name of the step without which this one makes no sense.
-        limit: Time after which the check counts as failed, s; longer than all that it waits for by itself.
-        codec: The only kind of link that has it, ``"serial"`` or ``"wifi"``; empty for all.
-    """
+    """One check."""
 
     name: str
-    run: Callable[[Examination], Awaitable[CheckResult]]
-    needs: str
-    limit: float
-    codec: str = ""
+    run: Callable[[Examination], Awaitable[CheckResult]]  # makes the check; returns what it found or raises CheckFailed
+    needs: str  # name of the step without which this one makes no sense
+    limit: float  # time after which the check counts as failed, s; longer than all that it waits for by itself
+    codec: str = ""  # the only kind of link that has it, `"serial"` or `"wifi"`; empty for all
 
 
 CHECKS = (
@@ -66,10 +58,6 @@ async def diagnose(
 
     Returns:
         All steps; those that make no sense after one that failed are skipped.
-
-    Raises:
-        ArgumentError: *url* is not a URL.
-        SimulationError: *url* is None, and the event loop simulates time.
     """
     tell = on_step or (lambda step: None)
     if url is None:

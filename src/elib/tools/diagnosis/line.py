@@ -30,21 +30,13 @@ _TEXT = frozenset(b"\r\n\t\f\a\0") | frozenset(range(0x20, 0x7F))
 
 @dataclass(frozen=True, slots=True)
 class Exchange:
-    """The bytes that were received on the bare line.
+    """The bytes that were received on the bare line."""
 
-    Attributes:
-        unasked: Bytes that came before anything was asked.
-        is_quiet: Whether the line fell silent by itself.
-        first: Bytes that came after ``V`` alone.
-        second: Bytes that came after zeros, which end a binary session, ``S`` and ``V`` once more.
-        waited: Time until the first ``V`` was answered, s; 0 if it never was.
-    """
-
-    unasked: bytes
-    is_quiet: bool
-    first: bytes = b""
-    second: bytes = b""
-    waited: float = 0.0
+    unasked: bytes  # bytes that came before anything was asked
+    is_quiet: bool  # whether the line fell silent by itself
+    first: bytes = b""  # bytes that came after `V` alone
+    second: bytes = b""  # bytes that came after zeros, which end a binary session, `S` and `V` once more
+    waited: float = 0.0  # time until the first `V` was answered, s; 0 if it never was
 
     @property
     def answered(self) -> bool:

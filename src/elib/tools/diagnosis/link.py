@@ -26,17 +26,7 @@ from elib.link.transport import Transport, Url
 from elib.link.transport.base import codec_of
 from elib.link.transport.ports import busy, holders, list_ports
 from elib.link.transport.tcp import ONE_AT_A_TIME
-from elib.tools.diagnosis.advice import (
-    CHATTER,
-    NO_ADAPTER,
-    NO_WIFI,
-    OLD_WIFI,
-    OPENING,
-    SHARED_PORT,
-    WRONG_SPEED,
-    here,
-    joined,
-)
+from elib.tools.diagnosis import advice
 from elib.tools.diagnosis.line import Exchange, heard, interrogate
 from elib.tools.diagnosis.report import CheckFailed, CheckResult
 from elib.tools.discovery import bound_address
@@ -54,29 +44,17 @@ Opener = Callable[[Url], Awaitable[Transport]]
 
 @dataclass(slots=True)
 class Examination:
-    """One link, and what the checks so far have found out about it.
-
-    Attributes:
-        url: URL of the link.
-        opener: Opens the link.
-        remark: How the link was chosen; empty where the user named it.
-        transport: The open link; None where it is not open.
-        error: Why the link did not open; None where it did.
-        opening_time: Time that opening took, s.
-        exchange: What was received before anything relied on the protocol; None before the check.
-        session: The robot's session once the robot was recognised; None before.
-        round_trip: Median of the round trips, s; 0 where none was measured.
-    """
+    """One link, and what the checks so far have found out about it."""
 
     url: Url
-    opener: Opener
-    remark: str = ""
-    transport: Transport | None = None
-    error: ElibError | None = None
-    opening_time: float = 0.0
-    exchange: Exchange | None = None
-    session: Session | None = None
-    round_trip: float = 0.0
+    opener: Opener  # opens the link
+    remark: str = ""  # how the link was chosen; empty where the user named it
+    transport: Transport | None = None  # the open link; None where it is not open
+    error: ElibError | None = None  # why the link did not open; None where it did
+    opening_time: float = 0.0  # time that opening took, s
+    exchange: Exchange | None = None  # what was received before anything relied on the protocol; None before the check
+    session: Session | None = None  # the robot's session once the robot was recognised; None before
+    round_trip: float = 0.0  # median of the round trips, s; 0 where none was measured
     _was_tried: bool = field(default=False, repr=False)
 
     @property
@@ -134,14 +112,14 @@ async def link(examination: Examination) -> CheckResult:
     if examination.is_port and examination.port_exists:
         address = bound_address(url.target)
         what = f"there is a port {url.target}"
-        return CheckResult(joined(f"{what}, bound to {address}" if address else what, examination.remark))
+        return CheckResult(advice.joined(f"{what}, bound to {address}" if address else what, examination.remark))
     if url.scheme == "rfcomm" and not _has_adapter():
-        raise CheckFailed("this computer has no Bluetooth adapter", here(NO_ADAPTER))
+        raise CheckFailed("this computer has no Bluetooth adapter", advice.here(advice.NO_ADAPTER))
     await examination.attempt()
     error = examination.error
     if isinstance(error, (LinkNotFound, Unsupported, ArgumentError, SimulationError)):
         raise CheckFailed(examination.plain(error), error.hint)
-    return CheckResult(joined(_found(url), examination.remark))
+    return CheckResult(advice.joined(_found(url), examination.remark))
 
 
 async def rights(examination: Examination) -> CheckResult:
@@ -158,7 +136,7 @@ async def holder(examination: Examination) -> CheckResult:
     await examination.attempt()
     error = examination.error
     if isinstance(error, LinkBusy):
-        raise CheckFailed(examination.plain(error), joined(error.hint, here(SHARED_PORT)))
+        raise CheckFailed(examination.plain(error), advice.joined(error.hint, advice.here(advice.SHARED_PORT)))
     if not examination.is_port:
         return CheckResult("no other program is seen to have it open")
     return CheckResult("no other program has it open" if sys.platform == "linux" else "no other program has locked it")
@@ -169,7 +147,10 @@ async def opening(examination: Examination) -> CheckResult:
     await examination.attempt()
     error = examination.error
     if error is not None:
-        raise CheckFailed(examination.plain(error), joined(error.hint, here(OPENING) if examination.is_port else ""))
+        raise CheckFailed(
+            examination.plain(error),
+            advice.joined(error.hint, advice.here(advice.OPENING) if examination.is_port else ""),
+        )
     return CheckResult(f"it opens, in {examination.opening_time:.2f} s")
 
 
@@ -182,12 +163,12 @@ async def line(examination: Examination) -> CheckResult:
         found = examination.exchange = await interrogate(examination.transport)
     except LinkLost as error:
         served = ONE_AT_A_TIME if examination.url.scheme == "tcp" else ""
-        raise CheckFailed(examination.plain(error), joined(served, error.hint)) from error
+        raise CheckFailed(examination.plain(error), advice.joined(served, error.hint)) from error
     if found.is_noise:
         received = _shown(found.first + found.second or found.unasked)
-        raise CheckFailed(f"what comes is not text: {received}", WRONG_SPEED)
+        raise CheckFailed(f"what comes is not text: {received}", advice.WRONG_SPEED)
     if not found.is_quiet:
-        raise CheckFailed(f"it never falls silent: {_shown(found.unasked)}", CHATTER)
+        raise CheckFailed(f"it never falls silent: {_shown(found.unasked)}", advice.CHATTER)
     if found.unasked:
         return CheckResult(f"{len(found.unasked)} bytes of an earlier program's answer came first; now it is silent")
     return CheckResult("silent until asked")
@@ -198,12 +179,12 @@ async def _packets(examination: Examination, transport: Transport) -> CheckResul
     try:
         unasked = await heard(transport)
     except LinkLost as error:
-        raise CheckFailed(examination.plain(error), joined(ONE_AT_A_TIME, error.hint)) from error
+        raise CheckFailed(examination.plain(error), advice.joined(ONE_AT_A_TIME, error.hint)) from error
     if not unasked:
         return CheckResult("silent until it gets a command")
     if not unasked.strip(bytes((EMPTY,))):
-        raise CheckFailed("empty packets come before any command, as from builds before February 2019", OLD_WIFI)
-    raise CheckFailed(f"what comes is not an e-puck2's Wi-Fi: {_shown(unasked)}", NO_WIFI)
+        raise CheckFailed("empty packets come before any command, as from builds before February 2019", advice.OLD_WIFI)
+    raise CheckFailed(f"what comes is not an e-puck2's Wi-Fi: {_shown(unasked)}", advice.NO_WIFI)
 
 
 async def binary_session(examination: Examination) -> CheckResult:

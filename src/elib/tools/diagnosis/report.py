@@ -10,48 +10,30 @@ OFFER = "No robot at hand? `elib demo` shows a virtual one, and sim:// stands fo
 
 @dataclass(frozen=True, slots=True)
 class CheckResult:
-    """The result of a check that did not fail.
+    """The result of a check that did not fail."""
 
-    Attributes:
-        detail: What the check found.
-        fix: What to do, where the link works but something is not as it should be; else empty.
-        is_sure: Whether the check could tell at all.
-    """
-
-    detail: str
-    fix: str = ""
-    is_sure: bool = True
+    detail: str  # what the check found
+    fix: str = ""  # what to do, where the link works but something is not as it should be; else empty
+    is_sure: bool = True  # whether the check could tell at all
 
 
 class CheckFailed(Exception):
-    """A check failed.
-
-    Attributes:
-        detail: What is wrong.
-        fix: What to do about it on this system.
-    """
+    """A check failed."""
 
     def __init__(self, detail: str, fix: str = "") -> None:
         super().__init__(detail)
-        self.detail = detail
-        self.fix = fix
+        self.detail = detail  # what is wrong
+        self.fix = fix  # what to do about it on this system
 
 
 @dataclass(frozen=True, slots=True)
 class DiagnosisStep:
-    """One step of a diagnosis.
-
-    Attributes:
-        name: Name of the check.
-        ok: True, False, or None where it was skipped because an earlier step failed, or could not tell.
-        detail: What the check found.
-        fix: What to do on this system; empty where nothing has to be done.
-    """
+    """One step of a diagnosis."""
 
     name: str
-    ok: bool | None
-    detail: str
-    fix: str = ""
+    ok: bool | None  # true, False, or None where it was skipped because an earlier step failed, or could not tell
+    detail: str  # what the check found
+    fix: str = ""  # what to do on this system; empty where nothing has to be done
 
     @property
     def state(self) -> Literal["ok", "warning", "failed", "skipped"]:
@@ -65,15 +47,10 @@ class DiagnosisStep:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """All steps, in the order in which they were made.
+    """All steps, in the order in which they were made."""
 
-    Attributes:
-        url: The link that was examined; empty where there was none.
-        steps: All steps, also those that were skipped.
-    """
-
-    url: str
-    steps: tuple[DiagnosisStep, ...]
+    url: str  # the link that was examined; empty where there was none
+    steps: tuple[DiagnosisStep, ...]  # all steps, also those that were skipped
 
     @property
     def ok(self) -> bool:

@@ -6,6 +6,7 @@ import io
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 
 from elib.base.errors import ArgumentError, Unsupported
@@ -97,12 +98,7 @@ class Image:
 
 
 def read_image(path: str | Path) -> Image:
-    """Read a program from an Intel HEX file.
-
-    Raises:
-        ArgumentError: The file cannot be read, is damaged, or does not hold a program for the e-puck1.
-        Unsupported: The package intelhex is not installed.
-    """
+    """Read a program from an Intel HEX file."""
     name = Path(path).name
     content = read_file(path, "the program", largest=MAX_FILE)
     if not content.strip():
@@ -247,12 +243,6 @@ def _with(row: bytes, address: int, data: bytes) -> bytes:
 
 def spans(addresses: Mapping[int, bytes] | tuple[int, ...]) -> Iterator[tuple[int, int]]:
     """Yield the first and the last row of each run of neighbouring rows."""
-    first = before = None
-    for address in sorted(addresses):
-        if first is None or before is None or address != before + ROW:
-            if first is not None and before is not None:
-                yield first, before
-            first = address
-        before = address
-    if first is not None and before is not None:
-        yield first, before
+    for _, run in groupby(enumerate(sorted(addresses)), lambda place: place[1] - ROW * place[0]):
+        rows = [address for _, address in run]
+        yield rows[0], rows[-1]

@@ -66,24 +66,17 @@ class Phase(Enum):
 class Upload:
     """An upload: call :meth:`send` when :attr:`due` has come, and :meth:`receive` with what arrives.
 
-    Args:
-        rows: The rows in the order in which they are sent.
-        time: Now, s.
-
     Attributes:
-        phase: How far it is.
-        due: When :meth:`send` has something to do next, s.
-        written: How many rows the robot has written and acknowledged.
         has_begun: Whether a packet was sent, so that the robot may have lost its program.
         is_parked: Whether the robot is sure to wait in its bootloader for the next upload.
-        failures: What went wrong, in order; five at the same place in a row, or 100 in all, end it.
     """
 
     def __init__(self, rows: Sequence[Row], time: float) -> None:
-        self.phase = Phase.CALLING
-        self.due = time
-        self.written = 0
+        self.phase = Phase.CALLING  # how far it is
+        self.due = time  # when send has something to do next, s
+        self.written = 0  # how many rows the robot has written and acknowledged
         self.has_begun = self.is_parked = False
+        # what went wrong, in order; five at the same place in a row, or 100 in all, end it
         self.failures: list[str] = []
         self._packets = [packet(*row) for row in rows]
         self._place = 0

@@ -31,21 +31,7 @@ BUTTON_TIME = 1.5
 
 
 class Uploader:
-    """Writes one program into the robot at the other end of a transport.
-
-    Args:
-        transport: An open transport that nothing was read from.
-        image: The program.
-        number: The robot's number, 0..65535.
-        say: Called with sentences for the person who waits.
-        on_row: Called with the number of rows that are written and of all rows.
-
-    Attributes:
-        upload: The dialogue with the bootloader; None while the robot has not been reset.
-
-    Raises:
-        ArgumentError: *number* is out of its range.
-    """
+    """Writes one program into the robot at the other end of a transport."""
 
     def __init__(
         self,
@@ -56,7 +42,7 @@ class Uploader:
         say: Callable[[str], None] = lambda text: None,
         on_row: Callable[[int, int], None] = lambda written, rows: None,
     ) -> None:
-        self.upload: Upload | None = None
+        self.upload: Upload | None = None  # the dialogue with the bootloader; None while the robot has not been reset
         self._runs = False  # whether it has said which program it has
         self._transport = transport
         self._rows = image.rows_in_order(number)

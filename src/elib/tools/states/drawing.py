@@ -118,10 +118,7 @@ def draw(program: MachineText, places: Places | None = None) -> str:
     """Return the picture of a program's machine as an SVG document.
 
     The elements carry what they show as ``data-state`` and ``data-arrow``, and classes, so that a page can light them.
-
-    Args:
-        program: The program.
-        places: Where a hand has put the middle of a state; the others are placed.
+    *places* are as for :func:`layout`.
     """
     boxes = layout(program, places)
     tip = element("path", d="M0,0 L9,4 L0,8 Z", fill="context-stroke")
@@ -202,11 +199,10 @@ def _curve(arrow: Arrow, boxes: Mapping[str, Rectangle], nth: int) -> Curve:
 
     others = [box for name, box in boxes.items() if name not in (arrow.source, arrow.target)]
     tried = [bent(bend + FARTHER * more) for more in range(TRIES)]
-    return next((each for each in tried if not _meets(each, others)), tried[0])
-
-
-def _meets(curve: Curve, boxes: list[Rectangle]) -> bool:
-    return any(box.meets(_at(curve, place / SAMPLES), NEAR) for place in range(SAMPLES + 1) for box in boxes)
+    for curve in tried:
+        if not any(box.meets(_at(curve, place / SAMPLES), NEAR) for place in range(SAMPLES + 1) for box in others):
+            return curve
+    return tried[0]
 
 
 def _at(curve: Curve, share: float) -> Point:

@@ -141,8 +141,8 @@ def add_arrow(program: MachineText, source: Text, target: Text, condition: Condi
     body = _body(program, state)
     test, look, more = _tested(program, state, condition)
     last = body[-1]
-    is_open = not (isinstance(last, ast.Return) and _leaves(last))
-    if not is_open and not test:
+    left = last.value if isinstance(last, ast.Return) else None
+    if isinstance(left, ast.Constant) and left.value is not None and not test:
         raise ArgumentError(f"{source} has an arrow that is always taken", hint="give one of them a condition")
     leave = [f'{program.step}return "{target}"'] if test else [f'return "{target}"']
     lines = [*look, *([f"if {test}:"] if test else []), *leave]
@@ -163,7 +163,7 @@ def set_condition(program: MachineText, arrow: int, condition: Condition | Text,
     """
     found = _plain(program, arrow)
     state, node = program.states[found.source], found.item.node
-    _body(program, state)
+    body = _body(program, state)
     test, look, before = _tested(program, state, condition)
     indent = program.indent(node)
     if look:
@@ -177,15 +177,15 @@ def set_condition(program: MachineText, arrow: int, condition: Condition | Text,
     if found.test is not None and test:
         return [*before, Splice(*program.span(found.test), test)]
     if test:
-        body = f"if {test}:{program.newline}{indent}{program.step}"
-        return [*before, Splice(begin, begin, body)]
+        return [*before, Splice(begin, begin, f"if {test}:{program.newline}{indent}{program.step}")]
     if isinstance(node, ast.Return):
         if not isinstance(node.value, ast.IfExp):
             return []
         return [*before, Splice(program.span(node.value.body)[1], program.span(node)[1], "")]
     assert isinstance(node, ast.If)
     end = program.span(node.body[0])[0]
-    if b"#" in program.raw[begin:end] or _follows(program, found):
+    last = body[-1]
+    if b"#" in program.raw[begin:end] or not (node is last or isinstance(last, ast.Return)):
         raise ArgumentError("what follows would never be done", hint="edit the text, or make it the last arrow")
     return [*before, Splice(begin, end, "")]
 
@@ -214,7 +214,7 @@ def add_action(
     assert node is not None
     run, more = _with_run(program, found)
     lines = [f"{indent}if {run}.entered:", f"{indent}{program.step}{line}"]
-    documented = _is_text(body[0])
+    documented = ast.get_docstring(node, clean=False) is not None
     is_after = documented and len(body) == 1
     place = (_after if is_after else _before)(program, body[documented and not is_after], lines)
     return [*more, place]
@@ -257,11 +257,7 @@ def remove_item(program: MachineText, state: Text, item: int) -> list[Splice]:
 
 
 def edited(program: MachineText, splices: list[Splice]) -> MachineText:
-    """Return the program after an edit.
-
-    Raises:
-        ArgumentError: It would not be Python.
-    """
+    """Return the program after an edit."""
     raw = program.raw
     for each in sorted(splices, key=lambda each: (each.begin, each.end), reverse=True):
         raw = raw[: each.begin] + each.text.encode() + raw[each.end :]
@@ -449,19 +445,6 @@ def _renamed(program: MachineText, arrow: Arrow, name: str) -> Splice:
     quote = program.raw[begin : begin + 1].decode()
     quote = quote if quote in "'\"" and program.raw[begin : begin + 3] != quote.encode() * 3 else '"'
     return Splice(begin, end, f"{quote}{name}{quote}")
-
-
-def _leaves(node: ast.Return) -> bool:
-    return isinstance(node.value, ast.Constant) and node.value.value is not None
-
-
-def _follows(program: MachineText, arrow: Arrow) -> bool:
-    node = program.states[arrow.source].node
-    return node is not None and arrow.item.node is not node.body[-1] and not isinstance(node.body[-1], ast.Return)
-
-
-def _is_text(node: ast.stmt) -> bool:
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
 
 
 def _before(program: MachineText, node: ast.stmt, lines: list[str]) -> Splice:

@@ -63,11 +63,7 @@ class MachineNews(Struct):
 
 
 def machine_news(text: str, places: dict[str, Point]) -> MachineNews:
-    """Return what a page shows of a program's machine.
-
-    Raises:
-        ArgumentError: The program is not Python, or has no states.
-    """
+    """Return what a page shows of a program's machine."""
     program = MachineText(text)
     arrows = [
         ArrowNews(
@@ -88,11 +84,7 @@ def machine_news(text: str, places: dict[str, Point]) -> MachineNews:
 
 
 def changes(program: MachineText, splices: list[Splice]) -> list[Splice]:
-    """Return splices of bytes as changes of a text whose positions a page counts, in units of UTF-16.
-
-    Raises:
-        ArgumentError: The program would not be Python after them.
-    """
+    """Return splices of bytes as changes of a text whose positions a page counts, in units of UTF-16."""
     edited(program, splices)
 
     def place(at: int) -> int:

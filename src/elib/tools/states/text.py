@@ -27,39 +27,25 @@ Span = tuple[int, int]
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A statement of a state.
+    """A statement of a state."""
 
-    Attributes:
-        kind: ``action`` is a command to the robot, ``look`` keeps a reading under a name, ``arrow`` leaves the state on
-            a condition or always, and ``code`` is anything else.
-        node: The statement.
-        on_entry: Whether it is done only in the first step of the state.
-        call: The command or the reading, of an action or a look.
-    """
-
+    # `action` is a command to the robot, `look` keeps a reading under a name, `arrow` leaves the state on a condition
+    # or always, and `code` is anything else
     kind: Kind
-    node: ast.stmt
-    on_entry: bool = False
-    call: ast.Call | None = None
+    node: ast.stmt  # the statement
+    on_entry: bool = False  # whether it is done only in the first step of the state
+    call: ast.Call | None = None  # the command or the reading, of an action or a look
 
 
 @dataclass(frozen=True, slots=True)
 class Arrow:
-    """A way from a state to another.
+    """A way from a state to another."""
 
-    Attributes:
-        source: The state that it leaves.
-        name: The string that names its target.
-        item: The statement that it stands in; an arrow can be removed only if that is of the kind ``arrow``.
-        test: The condition; None if there is none, or if it is in code.
-        words: The condition in words.
-    """
-
-    source: str
-    name: ast.Constant
-    item: Item
-    test: ast.expr | None
-    words: str
+    source: str  # the state that it leaves
+    name: ast.Constant  # the string that names its target
+    item: Item  # the statement that it stands in; an arrow can be removed only if that is of the kind `arrow`
+    test: ast.expr | None  # the condition; None if there is none, or if it is in code
+    words: str  # the condition in words
 
     @property
     def target(self) -> str:
@@ -69,43 +55,23 @@ class Arrow:
 
 @dataclass(frozen=True, slots=True)
 class StateText:
-    """A state of the machine.
-
-    Attributes:
-        name: Its name.
-        argument: What names it in the call of ``elib.states``.
-        node: Its function; None if it is a machine of its own, or defined elsewhere.
-        items: Its statements, without its docstring and without what does nothing.
-        looks: The readings that it keeps, by the names under which it keeps them.
-    """
+    """A state of the machine."""
 
     name: str
-    argument: ast.expr
-    node: Function | None
-    items: tuple[Item, ...] = ()
-    looks: Looks = field(default_factory=dict)
+    argument: ast.expr  # what names it in the call of `elib.states`
+    node: Function | None  # its function; None if it is a machine of its own, or defined elsewhere
+    items: tuple[Item, ...] = ()  # its statements, without its docstring and without what does nothing
+    looks: Looks = field(default_factory=dict)  # the readings that it keeps, by the names under which it keeps them
 
 
 class MachineText:
-    """A program with a state machine: the last call of ``elib.states`` in it.
-
-    Args:
-        text: The program.
-
-    Attributes:
-        raw: The text as bytes; positions count them.
-        newline: What ends its lines.
-        tree: Its syntax tree.
-
-    Raises:
-        ArgumentError: It is not Python, or has no machine.
-    """
+    """A program with a state machine: the last call of ``elib.states`` in it."""
 
     def __init__(self, text: str) -> None:
-        self.raw = text.encode()
-        self.newline = next(iter(re.findall(r"\r\n|\n|\r", text)), "\n")
+        self.raw = text.encode()  # the text as bytes; positions count them
+        self.newline = next(iter(re.findall(r"\r\n|\n|\r", text)), "\n")  # what ends its lines
         try:
-            self.tree = ast.parse(self.raw)
+            self.tree = ast.parse(self.raw)  # its syntax tree
         except (RecursionError, MemoryError):
             raise ArgumentError(
                 "the program is nested too deeply to be read", hint="write it in shorter steps"

@@ -121,12 +121,6 @@ class Firmware(ABC):
         hardware: What it runs on. The caller advances it.
         timing: How long things take.
         resets: How often the chip was reset since power-on, this start included.
-
-    Attributes:
-        motors: The drivers of the left and the right wheel.
-        lights: The lamps as last set.
-        sound: The sound last started, 1..5, or 0 for silence.
-        next_thread: When a background thread is due next, s; infinite if none is.
     """
 
     NAME: ClassVar[str]
@@ -174,9 +168,10 @@ class Firmware(ABC):
         self.hardware = hardware
         self.timing = timing
         self.resets = resets
-        self.lights = Lights()
-        self.sound = 0
-        self.next_thread = math.inf
+        self.lights = Lights()  # the lamps as last set
+        self.sound = 0  # the sound last started, 1..5, or 0 for silence
+        self.next_thread = math.inf  # when a background thread is due next, s; infinite if none is
+        # the drivers of the left and the right wheel
         self.motors: tuple[StepMotor, StepMotor] = (self.MOTOR(), self.MOTOR())
         self._told = (0.0, 0.0)
         self.window = DEFAULT_WINDOW

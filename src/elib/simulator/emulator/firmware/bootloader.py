@@ -38,12 +38,10 @@ class ProgramMemory:
 
     A new one holds what leads to the bootloader and to the program. The bootloader's own instructions and those of the
     program that is there at first are not modelled.
-
-    Attributes:
-        rows: The rows that were written, 96 bytes each, by their address; an erased row holds FF.
     """
 
     def __init__(self) -> None:
+        # the rows that were written, 96 bytes each, by their address; an erased row holds FF
         self.rows: dict[int, bytes] = {}
         self.write(0, _jump(BOOTLOADER).ljust(96, b"\xff"))
         self.write(VECTORS, (b"\xff" * 84 + _jump(PROGRAM)).ljust(96, b"\xff"))

@@ -62,16 +62,11 @@ REMOTE_TURNS = {
 
 
 class Threads:
-    """The robot's threads beside its command loop: obstacle avoidance and the remote control.
-
-    Attributes:
-        avoids: Whether obstacle avoidance is on.
-        target: The speeds asked for while it is on, steps/s.
-    """
+    """The robot's threads beside its command loop: obstacle avoidance and the remote control."""
 
     def __init__(self) -> None:
-        self.avoids = False
-        self.target = (0, 0)
+        self.avoids = False  # whether obstacle avoidance is on
+        self.target = (0, 0)  # the speeds asked for while it is on, steps/s
         self._last_code: tuple[int, int, int] | None = None
 
     def avoidance(self, near: Sequence[int]) -> tuple[int, int]:

@@ -8,17 +8,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Send:
-    """Put bytes on the line.
+    """Put bytes on the line."""
 
-    Attributes:
-        data: The bytes.
-        waits: Whether the firmware waits until they have left, as it nearly always does.
-        unasked: Whether they do not answer a command, like the banner.
-    """
-
-    data: bytes
-    waits: bool = True
-    unasked: bool = False
+    data: bytes  # the bytes
+    waits: bool = True  # whether the firmware waits until they have left, as it nearly always does
+    unasked: bool = False  # whether they do not answer a command, like the banner
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from math import sqrt
 from typing import Final
 
 from elib.simulator.physics.body import GRAVITY
+from elib.simulator.physics.defects import ACCELEROMETER_AT, spoiled
 from elib.simulator.physics.elementary import HALF_TURN
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.motion import shaking
@@ -69,4 +70,4 @@ def read(world: Records, i: int) -> None:
             still = noise * DEVIATION[axis]
             driving = shaken * DRIVING[axis]
             value += sqrt(still * still + driving * driving) * gauss(key, ACCELEROMETER + axis)
-        out[axis] = min(max(value, -RANGE), RANGE)
+        out[axis] = min(max(spoiled(setting, robot, ACCELEROMETER_AT + axis, value), -RANGE), RANGE)

@@ -20,6 +20,7 @@ from math import sqrt
 from typing import Final
 
 from elib.simulator.physics.body import HEIGHT, RADIUS
+from elib.simulator.physics.defects import AMBIENT_LIGHT_AT, spoiled_counts
 from elib.simulator.physics.elementary import QUARTER_TURN, arc_cosine, exponential
 from elib.simulator.physics.engine import kernel, phase
 from elib.simulator.physics.noise import AMBIENT, gauss, tick_key
@@ -49,7 +50,8 @@ def read(world: Records, i: int) -> None:
     key = tick_key(robot.key, world.setting[0].tick)
     scratch = world.scratch[robot.lane]
     for s in range(COUNT):
-        world.views[i].ambient_light[s] = darkness(key, s, world.setting[0].sensor_noise, scratch.room[s])
+        counts = darkness(key, s, world.setting[0].sensor_noise, scratch.room[s])
+        world.views[i].ambient_light[s] = spoiled_counts(world.setting[0], robot, AMBIENT_LIGHT_AT + s, counts)
 
 
 @kernel

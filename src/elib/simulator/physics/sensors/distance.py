@@ -11,6 +11,7 @@ from typing import Final
 
 from elib.base.timeofflight import CALIBRATION, OFFSET, PLACE
 from elib.simulator.physics.body import RADIUS
+from elib.simulator.physics.defects import DISTANCE_AT, spoiled
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import DISTANCE, DISTANCE_OFFSET, NO_ECHO, gauss, tick_key, uniform
 from elib.simulator.physics.raycast import cast, see_all
@@ -85,4 +86,6 @@ def read(world: Records, i: int) -> None:
             error += setting.spread * OFFSET * gauss(robot.key, DISTANCE_OFFSET)
             distance += error * width / (READS[row] - READS[row - 1])
             distance = min(max(distance, TRUE[0]), REACH)
+    if robot.defects > 0:
+        distance = min(max(spoiled(setting, robot, DISTANCE_AT, distance), 0.0), REACH)
     world.views[i].distance = distance

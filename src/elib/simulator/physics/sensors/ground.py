@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from elib.simulator.physics.defects import GROUND_AT, spoiled
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.floor import HOLE_MARK
 from elib.simulator.physics.noise import GROUND, GROUND_BLACK, GROUND_BLACKS, GROUND_WHITE, gauss, tick_key
@@ -104,6 +105,7 @@ def read(world: Records, i: int) -> None:
             level = black + (robot.white[s] - black) * share
         if deviation > 0.0:
             level += deviation * gauss(key, GROUND + s)
+        level = spoiled(setting, robot, GROUND_AT + s, level)
         ground[s] = int(min(max(level, 0.0), 1000.0) + 0.5)
 
 

@@ -21,6 +21,7 @@ from math import sqrt
 from typing import Final
 
 from elib.base.body import MICROPHONES
+from elib.simulator.physics.defects import MICROPHONES_AT, spoiled
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import LOUDNESS, MICROPHONE, MICROPHONE_GAIN, MOTOR_SOUND, gauss, tick_key
 from elib.simulator.physics.records import Records, Robot
@@ -100,6 +101,7 @@ def read(world: Records, i: int) -> None:
         level = floor + heard
         if noise > 0.0:
             level += noise * (FLOOR_DEVIATION + RELATIVE_DEVIATION * heard) * gauss(key, MICROPHONE + s)
+        level = spoiled(world.setting[0], robot, MICROPHONES_AT + s, level)
         world.views[i].microphones[s] = int(min(max(level, 0.0), 4095.0) + 0.5)
 
 

@@ -15,8 +15,9 @@ from collections.abc import Sequence
 from typing import Final
 
 from elib.base.infrared import GAIN_SPREAD, SPACING
+from elib.simulator.physics.defects import PROXIMITY_AT, spoiled_counts
 from elib.simulator.physics.elementary import exponential
-from elib.simulator.physics.engine import kernel
+from elib.simulator.physics.engine import kernel, phase
 from elib.simulator.physics.noise import (
     GAIN,
     GLITCH,
@@ -111,6 +112,9 @@ def read(world: Records, i: int) -> None:
     if robot.seen == world.setting[0].tick:
         return
     robot.seen = world.setting[0].tick
+    if robot.defects > 0:
+        read_broken(world, i)
+        return
     look(world, i)
     respond(world, i)
     digest(robot, world.views[i])
@@ -220,6 +224,17 @@ def respond(world: Records, i: int) -> None:
         if light > room - margin:
             light = min(light, darkness(key, s, noise, room))
         view.proximity[s] = int(max(light, 0.0) + 0.5)
+
+
+@phase
+def read_broken(world: Records, i: int) -> None:
+    """Read the sensors of a robot in which something is broken: apart, so that others pay only for the question."""
+    look(world, i)
+    respond(world, i)
+    robot, view = world.robots[i], world.views[i]
+    for s in range(COUNT):
+        view.proximity[s] = spoiled_counts(world.setting[0], robot, PROXIMITY_AT + s, view.proximity[s])
+    digest(robot, view)
 
 
 @kernel

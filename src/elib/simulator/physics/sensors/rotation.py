@@ -9,6 +9,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import Final
 
+from elib.simulator.physics.defects import GYROSCOPE_AT, spoiled
 from elib.simulator.physics.elementary import HALF_TURN, angle
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.motion import shaking
@@ -43,13 +44,19 @@ def read(world: Records, i: int) -> None:
     cosine = robot.before_heading_x * robot.heading_x + robot.before_heading_y * robot.heading_y
     sine = robot.before_heading_x * robot.heading_y - robot.before_heading_y * robot.heading_x
     rate = angle(cosine, sine) / world.setting[0].step
-    world.views[i].rotation = rate + disturbance(world, i, 2, rate)
+    world.views[i].rotation = turning(world, i, 2, rate)
 
 
 @kernel
 def rocking(world: Records, i: int) -> tuple[float, float]:
     """Return what the gyroscope of robot *i* reads about its forward and its leftward axis, rad/s."""
-    return disturbance(world, i, 0, 0.0), disturbance(world, i, 1, 0.0)
+    return turning(world, i, 0, 0.0), turning(world, i, 1, 0.0)
+
+
+@kernel
+def turning(world: Records, i: int, axis: int, rate: float) -> float:
+    """Return what is read about an axis that turns at *rate*, both in rad/s."""
+    return spoiled(world.setting[0], world.robots[i], GYROSCOPE_AT + axis, rate + disturbance(world, i, axis, rate))
 
 
 @kernel
