@@ -189,10 +189,13 @@ def misspells(world, i, memory):
     ("change", "message"),
     [
         ({"memory": {}, "robot_memory": {}}, r"takes a memory, and the task declares none\nhint: .*memory=\{"),
-        ({"reward": counts_in_its_module}, r"changes the world, or a variable of its module.*\nhint: .*robot_memory=\{"),
+        (
+            {"reward": counts_in_its_module},
+            r"changes the world, or a variable of its module.*\nhint: .*robot_memory=\{",
+        ),
         ({"reward": misspells}, "has no attribute .*\nhint: it has visited, found, energy, trail"),
         ({"memory": {"visited": "none"}}, r"memory\['visited'\] of task 'test' is 'none'; it must be a finite number"),
-        ({"robot_memory": {"found": 0.0}}, "remembers 'found', which is no name for a number, or one that is taken"),
+        ({"robot_memory": {"found": 0.0}}, "remembers 'found', which cannot be the name of a number, or is taken"),
         ({"memory": {"1st": 0.0}}, "remembers '1st'"),
     ],
 )

@@ -121,7 +121,7 @@ class Environment:
             raise ArgumentError("step() was called before reset()", hint="call reset() first: it begins an episode")
 
     def _decide(self, actions: ArrayLike) -> tuple[list[float], bool, bool]:
-        """Let one decision pass in the only world; return each robot's reward, and whether the task or time ended it."""
+        """Let one decision pass in the only world; return each robot's reward, and whether task or time ended it."""
         self._check_begun()
         earned = self._episodes.step(actions, begin_again=False)[0].tolist()
         self._fitness[0] += sum(earned) / len(earned)
@@ -235,9 +235,9 @@ class TaskEnv(Environment, gymnasium.Env[Floats32, Floats32]):
         Raises:
             ArgumentError: The action has another shape, or :meth:`reset` was not called yet.
         """
-        rewards, *ends = self._decide(require_shape(action, (2,)))
+        (reward,), is_over, is_late = self._decide(require_shape(action, (2,)))
         self._show()
-        return self._observe().reshape(-1), rewards[0], *ends, self._info(has_ended=any(ends))
+        return self._observe().reshape(-1), reward, is_over, is_late, self._info(has_ended=is_over or is_late)
 
 
 class TaskVectorEnv(VectorEnv[Floats32, Floats32, NDArray[Any]], Environment):
@@ -340,10 +340,11 @@ class TaskVectorEnv(VectorEnv[Floats32, Floats32, NDArray[Any]], Environment):
 
     def _infos(self, which: NDArray[np.bool_]) -> dict[str, Any]:
         """Return what is true of the robots of these worlds, whatever they observe."""
-        places, memory, told = self._episodes.places[:, 0], self._episodes.memory if self._remembers else None, {}
+        places, told = self._episodes.places[:, 0], dict[str, Any]()
         places[~which] = 0.0
         infos = _told("pose", places[:, :3], which) | _told("is_touching", places[:, 3] > 0.0, which)
-        if memory is not None:
+        if self._remembers:
+            memory = self._episodes.memory
             memory[~which] = 0.0
             for name in memory.dtype.names or ():
                 told |= _told(name, memory[name][:, 0] if name in self.task.robot_memory else memory[name], which)

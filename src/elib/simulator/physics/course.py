@@ -206,9 +206,7 @@ def begin_worlds(observer: Judge, kept: Kept, chosen: Any, are_next: int) -> Non
 
 
 @kernel
-def play_episodes(
-    law: Law, judge: Judge, kept: Kept, w: int, rows: Any, games: Any, fitness: Any, steps: Any
-) -> None:
+def play_episodes(law: Law, judge: Judge, kept: Kept, w: int, rows: Any, games: Any, fitness: Any, steps: Any) -> None:
     """Let every individual play every episode in world *w* (:func:`play_opened`)."""
     play_opened(law, judge, kept, opened(kept), w, rows, games, fitness, steps)
 

@@ -226,8 +226,9 @@ class Episodes:
 
     @property
     def memory(self) -> NDArray[Any]:
-        """What the task remembers of each world, (worlds,), a record array: ``memory["energy"]`` has all its numbers."""
-        return self._steered.remembered.copy().view(shape_of(self.task))[:, 0]
+        """What the task remembers, a record for each world: ``memory["energy"]`` holds a number of all of them."""
+        named: NDArray[Any] = self._steered.remembered.copy().view(shape_of(self.task))[:, 0]
+        return named
 
     def readings(self, sensor: str) -> NDArray[Any]:
         """Return what a sensor of the task reads now, (worlds, robots, n): n is 1 for a sensor of one number. A copy.
@@ -334,8 +335,9 @@ class Episodes:
         try:
             earned = [judgement.reward(records, i) for i in range(task.robots)]
             judgement.is_over(records)
-            for see, own in zip(judgement.observe, task.observe, strict=True):
-                earned += [see(records, i, k) for i in range(task.robots) for k in range(len(own.channels))]
+            for number, own in enumerate(task.observe):
+                for i in range(task.robots):
+                    earned += [judgement.observe(records, number, i, k) for k in range(len(own.channels))]
         except Exception as error:
             hint = "a reward takes (world, i) and returns a number, an end takes (world) and returns True or False"
             if isinstance(error, AttributeError):
@@ -364,7 +366,9 @@ class Episodes:
 
     def _untouched(self, records: Records) -> str:
         """Return in words all that the functions of the task must not change."""
-        used = [list(constants_of(each, set(), set())) for _, each, _ in self._functions() if isinstance(each, FunctionType)]
+        used = [
+            list(constants_of(each, set(), set())) for _, each, _ in self._functions() if isinstance(each, FunctionType)
+        ]
         return repr((records.robots, records.views, records.things, used))  # unlike ==, it takes NaN for NaN
 
     def _out_of_range(self) -> ArgumentError:
@@ -405,7 +409,8 @@ class Episodes:
                 raise
             raise SimulationError(
                 f"task {self.task.name!r} cannot be compiled: {reason}",
-                hint=f"keep to numbers, loops and comparisons, make no lists or arrays; what lasts is declared: {REMEMBERED}",
+                hint="keep to numbers, loops and comparisons, make no lists or arrays; what lasts is declared:"
+                f" {REMEMBERED}",
             ) from error
 
     def _all(self, jobs: Sequence[Callable[[], None]]) -> None:

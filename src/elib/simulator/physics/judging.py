@@ -30,8 +30,7 @@ def shape_of(task: Task) -> np.dtype[Any]:
 
 
 def start_of(task: Task) -> NDArray[np.float64]:
-    """Return the numbers that a task remembers at the beginning of each episode; one that is not used if it has none.
-    """
+    """Return what a task remembers at the beginning of each episode; a number of no use if that is nothing."""
     import numpy as np
 
     parts = [np.ravel(start) for start in task.memory.values()]
@@ -59,7 +58,7 @@ def _with_memory(given: Callable[..., Any], count: int) -> Callable[..., Any]:
     """Return a function that takes the memory after *count* arguments, whether or not the given one does."""
     function = getattr(given, "py_func", given)
     if takes_memory(function, count):
-        return function  # type: ignore[no-any-return]
+        return function
     forms: dict[int, Callable[..., Any]] = {
         1: lambda world, memory: function(world),
         2: lambda world, i, memory: function(world, i),
@@ -74,22 +73,24 @@ def goes_on(world: Records) -> bool:
 
 
 class Judgement:
-    """The functions of a task with the memory of one episode, for worlds that no kernel of episodes runs.
-
-    Attributes:
-        memory: What they remember.
-        reward: What robot i earned in the last tick, of (world, i).
-        is_over: Whether the episode is over, of (world,).
-        observe: Number k that robot i observes, for each observation of the task, of (world, i, k).
-    """
+    """The functions of a task with the memory of one episode, for worlds that no kernel of episodes runs."""
 
     def __init__(self, task: Task) -> None:
-        self.memory = memory = _named(task)(start_of(task))
-        reward, is_over = _with_memory(task.reward, 2), _with_memory(task.is_over or goes_on, 1)
-        self.reward = lambda world, i: float(reward(world, i, memory))
-        self.is_over = lambda world: bool(is_over(world, memory))
-        own = [_with_memory(each.function, 3) for each in task.observe]
-        self.observe = [lambda world, i, k, see=see: float(see(world, i, k, memory)) for see in own]
+        self._memory = _named(task)(start_of(task))
+        self._reward, self._is_over = _with_memory(task.reward, 2), _with_memory(task.is_over or goes_on, 1)
+        self._observe = [_with_memory(each.function, 3) for each in task.observe]
+
+    def reward(self, world: Records, i: int) -> float:
+        """Return what robot *i* earned in the last tick."""
+        return float(self._reward(world, i, self._memory))
+
+    def is_over(self, world: Records) -> bool:
+        """Return whether the episode is over."""
+        return bool(self._is_over(world, self._memory))
+
+    def observe(self, world: Records, number: int, i: int, k: int) -> float:
+        """Return number *k* that robot *i* observes by the observation of this number."""
+        return float(self._observe[number](world, i, k, self._memory))
 
 
 def judge_of(engine: Engine, task: Task, kept: Any) -> Judge:

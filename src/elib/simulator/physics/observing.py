@@ -63,7 +63,7 @@ class Observation:
         function: Returns number k of robot i, of ``(world, i, k)`` or ``(world, i, k, memory)``.
     """
 
-    channels: Sequence[Channel | tuple[Any, ...]]
+    channels: Sequence[Any]
     function: Callable[..., float]
 
     def __post_init__(self) -> None:
@@ -109,9 +109,11 @@ def goal(
         reach: The longest distance that is told, m.
     """
     x, y = (Number(unit="m").require(each, "the goal") for each in (x, y))
-    place: Callable[[Records], Any] = lambda world: Place(x, y)  # noqa: E731
-    if lamp is not None or thing is not None:
-        place = (lambda world: world.lamps[lamp]) if lamp is not None else lambda world: world.things[thing]
+    place: Callable[[Any], Any] = lambda world: Place(x, y)  # noqa: E731
+    if lamp is not None:
+        place = lambda world: world.lamps[lamp]  # noqa: E731
+    elif thing is not None:
+        place = lambda world: world.things[thing]  # noqa: E731
 
     def seen(world: Records, i: int, k: int) -> float:
         robot, there = world.robots[i], place(world)
@@ -191,9 +193,9 @@ def ground_colours() -> Observation:
 
 
 def camera_row(columns: int = 16) -> Observation:
-    """Return how bright what the camera meets is, 0..255, in a row of *columns* at the height of the lens, left to right.
+    """Return how bright what the camera meets is, 0..255, in a row of *columns* at the lens's height, left to right.
 
-    It is the mean of red, green and blue of the nearest wall, box, cylinder or robot, without noise; 0 where nothing is.
+    It is the mean of red, green and blue of the nearest wall, box, cylinder or robot, without noise; 0 for nothing.
     """
     columns = Whole(1, 100).require(columns, "columns")
     widest = CHIP[0] / 2 / FOCAL

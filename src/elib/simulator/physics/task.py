@@ -14,7 +14,7 @@ from elib.base.rules import Number, Probability, Text, Whole, check, fields_of, 
 from elib.simulator.physics.body import QUALITIES, EpuckModel
 from elib.simulator.physics.defects import Defect
 from elib.simulator.physics.observing import Observation
-from elib.simulator.physics.records import SENSORS, Records
+from elib.simulator.physics.records import SENSORS
 from elib.simulator.physics.scene import Scene
 
 Reward: TypeAlias = Callable[..., float]
@@ -183,7 +183,7 @@ class Task:
         for name in names:
             if not name.isidentifier() or name.startswith("_") or names.count(name) > 1:
                 raise ArgumentError(
-                    f"task {self.name!r} remembers {name!r}, which is no name for a number, or one that is taken",
+                    f"task {self.name!r} remembers {name!r}, which cannot be the name of a number, or is taken",
                     hint="give each number a name of its own, of letters, digits and underscores",
                 )
         for option in ("memory", "robot_memory"):
