@@ -13,7 +13,7 @@ from elib.base.body import AXLE, AXLE_SPREAD, RADIUS, SENSOR_DIRECTIONS, SENSOR_
 from elib.base.errors import ArgumentError
 from elib.base.infrared import LIGHT, MIN_COUNT, NINE_IN_TEN, REACH, SETBACK, wall_distance
 from elib.base.pose import Pose, apart
-from elib.maps.grid import Grid
+from elib.maps.grid import Grid, check_grid
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -121,6 +121,7 @@ class Localiser:
     """
 
     def __init__(self, map: Grid, pose: Pose | None = None, *, seed: int = 0, is_carried: bool = True) -> None:  # noqa: A002
+        check_grid(map)
         self.map = map
         self._random = np.random.default_rng(seed)
         self._is_carried = is_carried
