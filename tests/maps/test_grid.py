@@ -135,7 +135,7 @@ def test_a_name_in_place_of_a_map_is_refused_with_what_opens_it() -> None:
     with pytest.raises(ArgumentError) as caught:
         elib.Localiser("explored.png")  # type: ignore[arg-type]
     assert "elib.Grid.open" in str(caught.value.hint)
-    with elib.connect("sim://square?speed=max") as robot, pytest.raises(ArgumentError, match="must be an elib.Grid"):
+    with elib.connect("sim://square?speed=max") as robot, pytest.raises(ArgumentError, match=r"must be an elib\.Grid"):
         robot.go_to(0.1, 0.1, map="explored.png")  # type: ignore[arg-type]
 
 

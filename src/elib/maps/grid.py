@@ -383,7 +383,7 @@ def check_grid(map: object) -> None:  # noqa: A002
     if not isinstance(map, Grid):
         raise ArgumentError(
             f"the map is {map!r}; it must be an elib.Grid",
-            hint='elib.Grid.open("room.png") opens the picture of a map, elib.Grid.of_world("maze") takes that of a world',
+            hint='elib.Grid.open("room.png") opens a map, elib.Grid.of_world("maze") takes that of a world',
         )
 
 
