@@ -85,15 +85,9 @@ async def draw(robot: Epuck, grid: Grid, *, pace: float = 0.08) -> None:
 
 
 async def _along_walls(guide: Guide, straight: Straight, cruise: float, far: float = math.inf) -> bool:
-    """Follow the wall on the right until the robot is where it was, or has found none: most of a map in one go.
+    """Follow the wall on the right until the robot is where it was, or has found none, or for *far* m.
 
     Return whether it went round something that stands in the room: it then has turned right, all in all.
-
-    Args:
-        guide: The robot.
-        straight: What knows the directions of the walls.
-        cruise: Speed of the wheels, rev/s.
-        far: m along the wall after which it ends, too.
     """
     wheels, driven, loose, turned = STANDING, 0.0, 0.0, 0.0
     first: Pose | None = None
@@ -157,17 +151,12 @@ class Straight:
         # Along the wall it came nearer or went away by this angle; the headings on the way were about as much aside.
         aside = math.atan2(beside[-1] - beside[0], way)
         wall = pose.heading + sum(turned) / len(turned) - aside
-        known = min(self._lengths, key=lambda each: _off(wall, each), default=wall)
-        if _off(wall, known) > SLANTED:
+        known = min(self._lengths, key=lambda each: abs(math.remainder(wall - each, math.tau / 4)), default=wall)
+        if abs(math.remainder(wall - known, math.tau / 4)) > SLANTED:
             known = wall
         self._lengths[known] = self._lengths.get(known, STRETCH) + step
         self.direction = max(self._lengths, key=self._lengths.__getitem__)
         return None if known != self.direction else pose.heading - math.remainder(wall - known, math.tau / 4)
-
-
-def _off(wall: float, other: float) -> float:
-    """Return by how much two walls do not stand at right angles, rad."""
-    return abs(math.remainder(wall - other, math.tau / 4))
 
 
 @behaviour(world="maze", group="vehicles")

@@ -110,8 +110,9 @@ class Localiser:
         pose: Where the robot is, with its uncertainty; None if that is not known.
         seed: Seed of its random numbers.
         is_carried: Whether it may be put elsewhere. False keeps the guesses together while the map itself is drawn.
-        nearer: Share of the readings that are nearer than the map says, because something stands there that it does
-            not have.
+
+    Attributes:
+        nearer: Share of the readings that are nearer than the map says: what stands there and is not on it.
 
     Example:
         >>> grid = elib.Grid.of_world("maze")
@@ -124,17 +125,9 @@ class Localiser:
         (0.2, True)
     """
 
-    def __init__(
-        self,
-        map: Grid,  # noqa: A002
-        pose: Pose | None = None,
-        *,
-        seed: int = 0,
-        is_carried: bool = True,
-        nearer: float = STRAY,
-    ) -> None:
+    def __init__(self, map: Grid, pose: Pose | None = None, *, seed: int = 0, is_carried: bool = True) -> None:  # noqa: A002
         self.map = map
-        self._nearer = nearer
+        self.nearer = STRAY
         self._random = np.random.default_rng(seed)
         self._is_carried = is_carried
         self._at: Pose | None = None
@@ -301,7 +294,7 @@ class Localiser:
         told = np.nonzero(~np.isnan(seen))[0]
         far = self._expected(guesses)[told]
         off = (seen[told, None].astype(np.float32) - far) / ((NOISE + WRONG * far) * (1 + coarseness))
-        stray = np.where(off < 0, np.float32(self._nearer), np.float32(STRAY))
+        stray = np.where(off < 0, np.float32(self.nearer), np.float32(STRAY))
         fits = stray + (1 - stray) * np.exp(-0.5 * off * off)
         fits[np.isnan(far)] = UNKNOWN
         is_standing = self._has_room(guesses)

@@ -18,7 +18,7 @@ from elib.link.protocol.commands import Commands
 from elib.link.protocol.distances import OpenAir, distances
 from elib.link.protocol.values import Proximity, Wheels
 from elib.maps.grid import Grid
-from elib.maps.localiser import STRAY, Estimate, Localiser
+from elib.maps.localiser import Estimate, Localiser
 from elib.maps.ways import Place, way
 from elib.robot.motion import FASTEST, Mover
 
@@ -72,9 +72,9 @@ class Guide:
         self.known = grid if draws else grid.copy()  # the map, and what it has seen beside that
         if draws:
             grid.add(mover.motion.odometry.pose, [math.nan] * 8)
-        strange = STRAY if draws else STRANGE
-        pose = mover.motion.odometry.pose
-        self.localiser = Localiser(grid, pose, is_carried=not draws, nearer=strange)  # what finds it on the map
+        self.localiser = Localiser(grid, mover.motion.odometry.pose, is_carried=not draws)  # what finds it on the map
+        if not draws:
+            self.localiser.nearer = STRANGE
         self.estimate: Estimate = self.localiser.estimate  # where it is
         self._looked = -math.inf
         self._seen = self._lost = 0
