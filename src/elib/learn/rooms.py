@@ -9,7 +9,7 @@ from typing import Final
 
 from elib.simulator.physics import Box, Cylinder, Pose, Scene
 from elib.simulator.physics.geometry import Solid
-from elib.simulator.physics.records import Robot
+from elib.simulator.physics.records import Records, Robot
 from elib.simulator.physics.task import Randomisation
 
 STEP = 1 / 40
@@ -20,6 +20,9 @@ WIDTH: Final = 0.074
 
 TOP_SPEED: Final = 0.1
 """m/s of a wheel, in the tasks that reward speed. Of a Khepera in the paper of avoid: 0.08 m/s."""
+
+FULL_SCALE: Final = 4095.0
+"""What an infrared sensor reads at most, counts."""
 
 GAP = 0.13
 """m. Least way between two obstacles: a robot passes and can turn round."""
@@ -45,6 +48,14 @@ def distance(x1: float, y1: float, x2: float, y2: float) -> float:
 def forward_speed(robot: Robot) -> float:
     """Return how fast a robot drives forward, as a part of its top speed, -1..1: the mean of its wheels."""
     return min(max(0.5 * (robot.left_speed + robot.right_speed) / TOP_SPEED, -1.0), 1.0)
+
+
+def nearness(world: Records, i: int) -> float:
+    """Return the highest of a robot's eight infrared readings as a part of the full scale, 0..1."""
+    highest = 0
+    for s in range(8):
+        highest = max(highest, world.views[i].proximity[s])
+    return highest / FULL_SCALE
 
 
 def gallery(name: str) -> Scene:

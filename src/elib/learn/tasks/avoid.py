@@ -10,15 +10,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import sqrt
-from typing import Final
 
-from elib.learn.rooms import ROBOTS, TOP_SPEED, gallery, room
+from elib.learn.rooms import ROBOTS, TOP_SPEED, gallery, nearness, room
 from elib.simulator.physics import Box, Scene, Wall
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.task import Task
-
-FULL_SCALE: Final = 4095.0
-"""What an infrared sensor reads at most, counts."""
 
 
 def reward(world: Records, i: int) -> float:
@@ -32,10 +28,7 @@ def reward(world: Records, i: int) -> float:
     right = world.robots[i].right_speed / TOP_SPEED
     fast = min(max(0.5 * (left + right), -1.0), 1.0)
     turning = min(0.5 * abs(left - right), 1.0)
-    nearest = 0
-    for s in range(8):
-        nearest = max(nearest, world.views[i].proximity[s])
-    return fast * (1.0 - sqrt(turning)) * (1.0 - nearest / FULL_SCALE)
+    return fast * (1.0 - sqrt(turning)) * (1.0 - nearness(world, i))
 
 
 def corridor() -> Scene:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from elib.learn.rooms import ROBOTS, TOP_SPEED, forward_speed, room
+from elib.learn.rooms import FULL_SCALE, ROBOTS, TOP_SPEED, forward_speed, room
 from elib.simulator.physics import Box, Scene, Wall
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.task import Task
@@ -37,7 +37,7 @@ def reward(world: Records, i: int) -> float:
     view = world.views[i]
     right = view.proximity[RIGHT]
     beside = min(right / FAR, 1.0, max((TOUCHING - right) / (TOUCHING - NEAR), 0.0))
-    ahead = max(view.proximity[0], view.proximity[7]) / 4095.0
+    ahead = max(view.proximity[0], view.proximity[7]) / FULL_SCALE
     return forward_speed(world.robots[i]) * beside * (1.0 - ahead)
 
 
