@@ -1,11 +1,13 @@
 """The tasks that come with elib: what they pay, what a robot must do to solve them, and that both engines agree."""
 
+import copy
 import importlib
 import math
 import random
 import statistics
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -22,6 +24,8 @@ RANGES = {
     "line-following": (-1.0, 1.0),
     "wall-following": (-1.0, 1.0),
     "maze": (-0.01, 1.01),
+    "coverage": (0.0, 0.01),
+    "homing": (-1.0, 1.0),
     "aggregation": (0.0, 1.0),
     "dispersion": (0.0, 1.0),
     "box-pushing": (-0.03, 0.03),
@@ -100,12 +104,43 @@ def leave(robot: Any, parameters: Any, memory: Any) -> None:
         drive(robot, 0.0, 0.06)
 
 
+def bounce(robot: Any, parameters: Any, memory: Any) -> None:
+    near = robot.proximity
+    if memory[0] > 0.0:
+        memory[0] -= 1.0
+    elif near[0] + near[7] > 150 or near[1] > 200 or near[6] > 200:
+        memory[0] = 12.0
+    drive(robot, 0.0 if memory[0] > 0.0 else 1.0, 0.5 if memory[0] > 0.0 else 0.0)
+
+
+def go_home(robot: Any, parameters: Any, memory: Any) -> None:
+    """Drive about, then to the lamp; where the floor is black a little farther, turn round, and again."""
+    memory[0] += 0.1  # s
+    if memory[0] > 2.0 and robot.ground[1] < 720:
+        memory[0] = -2.2
+    if -1.5 <= memory[0] < 0.0:
+        drive(robot, 0.0, 0.5)
+    elif 0.0 <= memory[0] < parameters[0]:
+        keep_off(robot, parameters, memory)
+    else:
+        light = [4095.0 - count for count in robot.ambient_light]
+        angles = [math.radians(angle) for angle in (-17, -49, -90, -150, 150, 90, 49, 17)]
+        ahead, left = (
+            sum((each - min(light)) * way(a) for each, a in zip(light, angles, strict=True))
+            for way in (math.cos, math.sin)
+        )
+        turn = math.atan2(left, ahead)
+        drive(robot, 1.0 if abs(turn) < 0.8 else 0.1, 0.35 * turn)
+
+
 SENSIBLE: dict[str, tuple[Callable[..., None], float]] = {
     "avoid": (keep_off, 0.0),
     "phototaxis": (go_to_light, 0.0),
     "line-following": (follow_line, 0.0),
     "wall-following": (follow_wall, 25.0),
     "maze": (follow_wall, 15.0),
+    "coverage": (bounce, 0.0),
+    "homing": (go_home, 8.0),
     "aggregation": (aggregate, 0.0),
     "dispersion": (leave, 0.0),
     "box-pushing": (go_to_light, 0.0),
@@ -120,7 +155,7 @@ def played(task: Task, function: Callable[..., None], parameter: float = 0.0, se
     return float(scores.fitness[0, 0])
 
 
-def test_nine_tasks_come_with_elib() -> None:
+def test_eleven_tasks_come_with_elib() -> None:
     assert set(TASKS) == set(RANGES)
     for task in TASKS.values():
         assert task.summary
@@ -138,6 +173,8 @@ def test_every_world_has_room_for_the_robots_and_a_tick_pays_within_its_range(na
         assert scene.lights or "ambient_light" not in task.sensors
         assert scene.sounds or "microphones" not in task.sensors
         world = World(scene, robots=task.robots, seed=seed)
+        starts = dict(task.memory) | {name: [start] * task.robots for name, start in task.robot_memory.items()}
+        memory = [SimpleNamespace(**copy.deepcopy(starts))] if starts else []
         assert len(world.poses) == task.robots
         for tick in range(80 if seed < 4 else 0):
             if tick % 16 == 0:
@@ -147,7 +184,7 @@ def test_every_world_has_room_for_the_robots_and_a_tick_pays_within_its_range(na
             for sensor in task.reward_sensors:
                 world.readings(sensor)
             for robot in range(task.robots):
-                assert low <= task.reward(world.records, robot) <= high
+                assert low <= task.reward(world.records, robot, *memory) <= high
 
 
 @pytest.mark.parametrize("name", SENSIBLE)
@@ -159,6 +196,15 @@ def test_a_sensible_robot_solves_it_and_one_that_stands_does_not(name: str) -> N
         task = replace(task, seconds=task.seconds / 2)
     assert statistics.fmean(played(task, function, parameter, seed) for seed in seeds) >= task.solved
     assert played(replace(task, seconds=2.0), stand) < task.solved
+
+
+@pytest.mark.parametrize("name", ["coverage", "homing"])
+def test_driving_in_circles_does_not_solve_it(name: str) -> None:
+    def circle(robot: Any, parameters: Any, memory: Any) -> None:
+        robot.left, robot.right = 0.6 * FULL, FULL
+
+    scores = [played(TASKS[name], circle, seed=seed) for seed in (1, 2)]
+    assert max(scores) < TASKS[name].solved / 2
 
 
 @pytest.mark.parametrize("name", ["avoid", "line-following", "wall-following"])

@@ -1,8 +1,8 @@
 """Visit every part of a room: the floor is divided into cells, and a cell that the robot enters first counts.
 
 The worlds are an empty room and seven with posts and boxes at random places. Each has 100 cells of 10 x 10 cm; those
-under an obstacle count too. The robot starts anywhere. A robot that drives straight and turns away from walls earns
-0.7 to 0.9 in the two minutes; one that drives in circles where it started earns less than 0.2.
+under an obstacle count too. The robot starts anywhere. A robot that drives straight and turns away from walls by a
+fixed angle earns 0.55 to 0.8 in the two minutes, which solves it or nearly; one that drives in a circle earns 0.1.
 """
 
 from __future__ import annotations

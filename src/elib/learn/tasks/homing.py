@@ -1,9 +1,9 @@
 """Drive on for as long as possible with a battery that lasts 20 s, and come back to the charger in time.
 
-The worlds are rooms with a lamp over the charger in one of the four corners. The charger is black, so the ground sensors
-see it. A robot that comes upon it is charged at once; one whose battery is empty has ended its episode. The robot starts
-anywhere. One that never finds the charger earns less than a third. A robot does not see its battery; environments
-show its energy beside the sensors.
+The worlds are rooms with a lamp over the charger in one of the four corners. The charger is black: the ground sensors,
+3 cm ahead of the robot's middle, see it. A robot whose middle is on it is charged at once, and an empty battery ends
+the episode. The robot starts anywhere. One that never finds the charger earns less than a third; to be solved, an
+episode needs 0.6. A robot does not see its battery; environments show its energy beside the sensors.
 """
 
 from __future__ import annotations
@@ -65,14 +65,14 @@ TASK = Task(
     name="homing",
     summary="Drive about, and come back to the charger before the battery is empty.",
     source="Floreano and Mondada 1996, Evolution of homing navigation in a real mobile robot, IEEE Transactions on "
-    "Systems, Man and Cybernetics, Part B 26(3)",
+    "Systems, Man and Cybernetics, Part B 26(3); here a robot that stands on the charger earns nothing",
     scenes=tuple(with_charger(x, y) for x in (0.0, WIDTH) for y in (0.0, DEPTH)),
     sensors=("proximity", "ambient_light", "ground"),
     reward=reward,
     reward_sensors=("proximity",),
     is_over=is_over,
     observe=(Observation([Channel("energy", "", 0.0, 1.0)], energy),),
-    solved=0.7,
+    solved=0.6,
     top_speed=TOP_SPEED,
     randomisation=ROBOTS,
 )
