@@ -17,7 +17,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 import generator
-from generator import course, diagram, drawings, pagetypes, reality
+from generator import course, diagram, drawings, pagetypes, reality, worlds
 from generator.markdown import markers, replace_marked
 
 DOCS = Path(__file__).parent
@@ -31,6 +31,7 @@ DRAWINGS = {
     "e-puck-leds.svg": drawings.leds,
     "e-puck-response.svg": drawings.responses,
     "e-puck-sensors.svg": drawings.sensors,
+    "world-foraging.svg": worlds.foraging,
 }
 
 

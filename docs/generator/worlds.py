@@ -8,6 +8,7 @@ from elib.base.rules import Flag, Number, rule_of
 from elib.base.tables import MAX_FILE, Key, Table
 from elib.simulator.physics.geometry import MAX_POINTS
 from elib.simulator.physics.scene import MAX_THINGS
+from elib.simulator.physics.world import World
 from elib.simulator.worlds import files as worldfile
 from elib.simulator.worlds.tables import PAINT, TABLES, THINGS, TOP
 from generator.markdown import block, bullets, inline, joined, section, table
@@ -28,6 +29,11 @@ def page() -> str:
     """Return the page."""
     parts = [INTRODUCTION, example(), f"## Top of the file\n\n{keys(TOP)}", *(entry(each) for each in TABLES)]
     return joined([*parts, rules(), gallery()])
+
+
+def foraging() -> str:
+    """Return the picture of the guide to worlds."""
+    return World.load("foraging").draw(beams=False, size=700) or ""
 
 
 def example() -> str:

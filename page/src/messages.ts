@@ -134,6 +134,8 @@ export type Asked = {
     y?: number | null;
     channel?: number;
   };
+  /** Switch a zone of the world on or off, and with it its doors, lamps and sounds. */
+  switch: { zone: string; on?: boolean | null; channel?: number };
   /** Set what the infrared sensors read in the room's light. */
   set_ambient: { ambient: number; channel?: number };
   /** Turn the rotary switch of a robot. Its firmware reads it when it is asked, and when it starts. */
@@ -232,6 +234,7 @@ export type Answered = {
   remove_wall: null;
   set_light: null;
   set_sound: null;
+  switch: null;
   set_ambient: null;
   turn_selector: null;
   press_remote: null;
@@ -333,6 +336,7 @@ export type Change = {
   cylinders?: [number, number, number][];
   lights?: [number, Light][];
   sounds?: [number, Sound][];
+  zones?: Zone[];
   ambient?: number;
   clock?: Clock;
 };
@@ -345,6 +349,9 @@ export type Readings = {
   proximity: number[];
   encoders: [number, number];
   link: LinkState;
+  energy: number;
+  score: number;
+  zones: string[];
   base?: LinkFaults;
   selector?: number;
   button?: boolean | null;
@@ -495,6 +502,8 @@ export type Scene = {
   names: string[];
   own: number | null;
   floor_png: string | null;
+  zones: Zone[];
+  pens: (string | null)[];
 };
 
 /** A box: m, rad, whether it gives way to a robot, and what its sides show, as a wall. */
@@ -518,6 +527,7 @@ export type Light = {
   height: number;
   intensity: number;
   name: string;
+  switch: string;
 };
 
 /** A source of sound: a tone or a noise, steady or again and again. */
@@ -529,6 +539,16 @@ export type Sound = {
   every: number;
   lasts: number;
   name: string;
+  switch: string;
+};
+
+/** A zone of the world: the corners of its shape, m, whether it is switched on, and whether a picture tells more. */
+export type Zone = {
+  name: string;
+  points: [number, number][];
+  colour: string;
+  on: boolean;
+  picture: boolean;
 };
 
 /** The clock of a world: how often faster than the wall clock, and why its speed cannot be changed, if it cannot. */

@@ -54,6 +54,8 @@ radius = 0.05
 position = [0.9, 0.5]
 [[sound]]
 position = [0.1, 0.5]
+[[zone]]
+name = "plate"
 [[robot]]
 position = [0.2, 0.2]
 [[robot]]
@@ -437,6 +439,7 @@ async def test_every_message_of_the_list_does_what_it_says(client, control):
         "remove_wall": {"wall": 0},
         "set_light": {"light": 0, "intensity": 3},
         "set_sound": {"sound": 0, "volume": 2000},
+        "switch": {"zone": "plate", "on": True},
         "set_ambient": {"ambient": 100},
         "turn_selector": {"robot": 0, "position": 8},
         "press_remote": {"robot": 0, "key": 60},

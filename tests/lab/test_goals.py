@@ -144,6 +144,8 @@ TOGETHER = [
     ('kind = "gathered"\nwithin = 0.1', "robots[1].drive(0.05)", False, "0.13 m apart at their nearest"),
     ('kind = "spread"\nleast = 0.25', "robots[1].drive(-0.08)", True, "spread at the end"),
     ('kind = "spread"\nleast = 0.25', "robots[1].drive(0.0)", False, "the nearest two were 0.18 m apart at best"),
+    ('kind = "score"\nleast = 3\nrobot = 1', "robots[1].drive(0.0)", True, "3 points, 100% energy"),
+    ('kind = "score"\nenergy = 0.5', "robots[1].drive(0.0)", False, "robot 2: 0 points, 100% energy"),
     ('kind = "stands"', "robots[1].set_speed(0.1, 0.1); os._exit(0)", False, "robot 2: its wheels still turn"),
     ('kind = "stands"\nrobot = 1', "robots[1].set_speed(0.1, 0.1); os._exit(0)", True, "its wheels stand"),
 ]
@@ -181,6 +183,11 @@ def test_goals_of_several_robots(tmp_path: Path, program: str, cases: list[Case]
     world = """
 [arena]
 size = [1.0, 0.6]
+[[zone]]
+name = "nest"
+position = [0.54, 0.3]
+radius = 0.05
+score = 3
 [[robot]]
 position = [0.54, 0.3]
 [[robot]]

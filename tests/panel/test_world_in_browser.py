@@ -444,6 +444,70 @@ async def test_the_page_shows_the_tags_of_walls_and_boxes(open_page, tmp_path):
             assert number in [tag.number for tag in find(pixels, 1, 0.06, family)]
 
 
+STATES = """
+[arena]
+size = [1.2, 0.8]
+[energy]
+idle = 0
+start = 0.5
+[[robot]]
+position = [0.2, 0.4]
+pen = "#c02020"
+[[zone]]
+name = "plate"
+position = [0.45, 0.4]
+radius = 0.12
+stays = true
+score = 7
+[[zone]]
+name = "nest"
+points = [[0.95, 0.1], [1.15, 0.1], [1.15, 0.3]]
+colour = "#2878b4"
+[[box]]
+name = "gate"
+position = [0.8, 0.4]
+size = [0.02, 0.2]
+colour = "#8a3ca0"
+switch = "plate"
+slide = [0.0, 0.25]
+[[light]]
+position = [1.1, 0.7]
+switch = "plate"
+[[cylinder]]
+name = "puck"
+position = [0.9, 0.6]
+radius = 0.03
+colour = "#d03020"
+pushable = true
+collect = "nest"
+"""
+
+
+@pytest.mark.parametrize("is_flat", [False, True])
+async def test_a_door_opens_a_lamp_goes_on_and_a_puck_is_gone_on_the_page(open_page, tmp_path, is_flat):
+    async with watched(tmp_path, world=STATES) as rig, visiting(open_page, "about:blank") as tab:
+        if is_flat:
+            await tab.call("Page.addScriptToEvaluateOnNewDocument", source=NO_WEBGL)
+        await tab.go(rig.url)
+        await shows_world(tab)
+        world = f"{STAGE}.world"
+        assert await tab.run(f"{world}.zones.value.map(({{ name, on }}) => `${{name}} ${{on}}`).join()") == (
+            "plate false,nest false"
+        )
+        await choose(tab, "robot:0")
+        floor = await pixel(tab, 0.7, 0.2)
+        assert min(floor) > 200, floor
+        robot = await open_transport(rig.robots[0].url)
+        await robot.write(b"D,500,500\r")
+        await tab.until(f"{world}.things.value.box[0].y > 0.649 && {world}.things.value.light[0].intensity === 1")
+        await tab.until(f"{world}.lines[0].length > 1")
+        rig.control.move_cylinder("puck", 1.1, 0.2)
+        await tab.until(f"{world}.things.value.cylinder[0].x < 0")
+        facts = "document.querySelector('.world-detail').textContent"
+        await tab.until(f"/energy50 %points8/.test({facts})")
+        await robot.close()
+
+
 async def test_a_browser_without_webgl_shows_the_world_from_above(rig, open_page):
     async with visiting(open_page, "about:blank") as tab:
         await tab.call("Page.addScriptToEvaluateOnNewDocument", source=NO_WEBGL)

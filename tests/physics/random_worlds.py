@@ -37,6 +37,7 @@ from elib.simulator.physics import (
     World,
 )
 from elib.simulator.physics.body import QUALITIES
+from elib.simulator.physics.fittings import Energy, Zone
 
 RADIUS = 0.037  # m. Of a robot.
 GAP = 0.001  # m. Between a start and everything else.
@@ -100,6 +101,93 @@ def random_worlds(count: int, *, first: int = 0, pushables: bool = True) -> Iter
             model = replace(model, profile="measured", **spreads)
         floor = chance.choice((scene.floor, Colour(*[chance.randint(0, 255)] * 3)))
         yield replace(scene, model=model, floor=floor), robots
+
+
+def random_states(count: int, *, first: int = 0) -> Iterator[tuple[Scene, int]]:
+    """Yield the worlds of *count* seeds from *first* on, with zones, energy, doors, pucks, switches and pens."""
+    for seed in range(first, first + count):
+        scene, robots = random_world(seed)
+        yield with_states(scene, Random(f"states {seed}")), robots
+
+
+def with_states(scene: Scene, chance: Random) -> Scene:
+    """Return *scene* with states that are drawn; most zones lie near a robot, so that it enters them soon."""
+    if scene.width * scene.depth > 2 * MAX_PAINTED:  # laying out the map of zones takes long
+        scene = replace(scene, width=max(scene.width / 3, 0.3), depth=max(scene.depth / 3, 0.3), starts=(), walls=())
+    inside = {
+        kind: [each for each in getattr(scene, kind) if 0 <= each.x <= scene.width and 0 <= each.y <= scene.depth]
+        for kind in ("boxes", "cylinders")
+    }
+    boxes = [replace(box, name=f"box {k}") for k, box in enumerate(inside["boxes"])]
+    cylinders = [replace(post, name=f"post {k}") for k, post in enumerate(inside["cylinders"])]
+    keys = ["robots", *(each.name for each in (*boxes, *cylinders) if each.is_pushable)]
+    zones = [_zone(chance, scene, f"zone {k}", keys) for k in range(chance.choice((1, 2, 4, 8)))]
+    names = [zone.name for zone in zones]
+    areas = ["", *(zone.name for zone in zones if zone.outline)]
+    switched = {
+        kind: tuple(replace(each, switch=chance.choice(("", *names))) for each in getattr(scene, kind))
+        for kind in ("lights", "sounds")
+    }
+    for k, box in enumerate(boxes):
+        if not box.is_pushable and chance.random() < 0.7:
+            way = {"slide": (chance.uniform(-0.2, 0.2), chance.uniform(-0.2, 0.2)), "swing": chance.uniform(-2, 2)}
+            kept = chance.choice((("slide",), ("swing",), ("slide", "swing")))
+            takes = chance.uniform(0.1, 2)
+            boxes[k] = replace(box, switch=chance.choice(names), takes=takes, **{name: way[name] for name in kept})
+    for k, post in enumerate(cylinders):
+        if post.is_pushable and chance.random() < 0.7:
+            collect, respawn = chance.choice(("robots", *names)), chance.choice(areas)
+            numbers = chance.uniform(-3, 3), chance.uniform(-1, 1)
+            after = chance.choice((0.0, chance.uniform(0, 0.5)))
+            cylinders[k] = replace(
+                post, collect=collect, respawn=respawn, score=numbers[0], energy=numbers[1], after=after
+            )
+    energy = chance.choice((None, Energy(chance.uniform(0, 0.5), chance.uniform(0.1, 1), chance.uniform(0, 5))))
+    energies = tuple(chance.choice((None, chance.random())) for _ in scene.starts) if energy else ()
+    pens = tuple(chance.choice((None, _colour(chance))) for _ in scene.starts)
+    return replace(
+        scene,
+        boxes=tuple(boxes),
+        cylinders=tuple(cylinders),
+        zones=tuple(zones),
+        energy=energy,
+        energies=energies if any(each is not None for each in energies) else (),
+        pens=pens if any(pens) else (),
+        **switched,
+    )
+
+
+def _zone(chance: Random, scene: Scene, name: str, keys: list[str]) -> Zone:
+    width, depth = scene.width, scene.depth
+    x, y = chance.uniform(0, width), chance.uniform(0, depth)
+    if scene.starts and chance.random() < 0.7:
+        start = chance.choice(scene.starts)
+        x, y = start.x + chance.uniform(-0.1, 0.1), start.y + chance.uniform(-0.1, 0.1)
+    near = tuple((x + chance.uniform(-0.2, 0.2), y + chance.uniform(-0.2, 0.2)) for _ in range(chance.randint(3, 6)))
+    size = {"width": chance.uniform(0.02, 0.3), "depth": chance.uniform(0.02, 0.3)}
+    shape: dict[str, object] = chance.choice(
+        (
+            {"x": x, "y": y, "radius": chance.uniform(0.01, 0.2)},
+            {"x": x, "y": y, **size},
+            {"points": near},
+            {"points": near, "band": chance.uniform(0.01, 0.1)},
+            {"x": x, "y": y, "file": str(PICTURE), **size},
+            {},
+        )
+    )
+    return Zone(
+        name,
+        by=chance.choice(("robots", *keys)),
+        stays=chance.random() < 0.2,
+        is_on=chance.random() < 0.3,
+        energy=chance.choice((0.0, chance.uniform(-1, 2))),
+        store=chance.choice((None, chance.uniform(0, 0.5))),
+        refill=chance.choice((0.0, chance.uniform(0, 0.3))),
+        score=chance.choice((0.0, 1.0)),
+        rate=chance.choice((0.0, chance.uniform(-1, 1))),
+        colour=_colour(chance),
+        **shape,  # type: ignore[arg-type]
+    )
 
 
 def window(zoom: float) -> tuple[list[float], list[float]]:

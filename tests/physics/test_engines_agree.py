@@ -4,7 +4,7 @@ Here in a few of them; ``python tests/physics/random_worlds.py --worlds 2000`` c
 """
 
 import pytest
-from random_worlds import engines_disagree, random_worlds
+from random_worlds import engines_disagree, random_states, random_worlds
 
 BLOCK = 10
 
@@ -16,4 +16,14 @@ def test_interpreted_and_compiled_agree_in_random_worlds_with_one_thread_and_wit
     found = []
     for scene, robots in random_worlds(BLOCK, first=first):
         found += engines_disagree(scene, robots)
+    assert not found, "\n".join([f"{len(found)} differences", *found[:20]])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("first", range(0, 300, 30))
+def test_interpreted_and_compiled_agree_in_random_worlds_with_states(first):
+    pytest.importorskip("numba")
+    found = []
+    for scene, robots in random_states(30, first=first):
+        found += engines_disagree(scene, robots, ticks=120, threads=(1,))
     assert not found, "\n".join([f"{len(found)} differences", *found[:20]])

@@ -13,7 +13,7 @@ from elib.simulator.physics.fittings import Patch, Stripe
 from elib.simulator.physics.floor import floor_of
 from elib.simulator.worlds.files import gallery, load_file
 
-WORLDS = "arena beeper billiard claps corridor crowd light line maze red-boxes soccer square".split()
+WORLDS = "arena beeper billiard charger claps corridor crowd foraging light line maze red-boxes soccer square".split()
 CELL = 0.05
 RED = Colour(0xD0, 0x20, 0x20)
 

@@ -12,7 +12,7 @@ from elib.base.errors import LinkNotFound, SimulationError
 from elib.base.rules import MAX_NUMBER, Degrees, Mistake, Number, Several, fields_of
 from elib.base.tables import line_of
 from elib.simulator.physics import Box, Colour, Cylinder, EpuckModel, Pose, Scene, Wall, World
-from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
+from elib.simulator.physics.fittings import Checkers, Energy, Light, Patch, Print, Sound, Stripe, Zone
 from elib.simulator.worlds.files import gallery, load_file, parse, parse_file
 from elib.simulator.worlds.tables import TABLES
 
@@ -133,18 +133,23 @@ def test_what_a_table_makes_accepts_both_ends_of_every_range_and_nothing_beyond(
     needed = {key.name: parse_value(key.example) for key in table.keys if key.is_needed}
     if table.name in ("arena", "patch"):
         needed |= {"arena": {"size": [1, 1]}, "patch": {"hole": True}}[table.name]
+    shapes = {"position": {"radius": 0.1}, "radius": {"position": [0, 0]}, "size": {"position": [0, 0]}}
     for key in table.keys:
+        more = needed | (shapes.get(key.name, {}) if table.name == "zone" else {})
         number = key.rule.rule if isinstance(key.rule, Several) else key.rule
         if not isinstance(number, Number) or key.name in ("density", "colour"):
             continue
         for end, beyond in ((number.low, -math.inf), (number.high, math.inf)):
             good, bad = ([end, 0.5], [beyond, 0.5]) if isinstance(key.rule, Several) else (end, beyond)
-            assert table.read({**needed, key.name: good}, "a world") is not None
+            assert table.read({**more, key.name: good}, "a world") is not None
             with pytest.raises(Mistake, match="it must be"):
-                table.read({**needed, key.name: bad}, "a world")
+                table.read({**more, key.name: bad}, "a world")
 
 
-@pytest.mark.parametrize("kind", [Wall, Box, Cylinder, Light, Sound, Stripe, Checkers, Print, Patch, EpuckModel])
+SHOWN = [Wall, Box, Cylinder, Light, Sound, Zone, Energy, Stripe, Checkers, Print, Patch, EpuckModel]
+
+
+@pytest.mark.parametrize("kind", SHOWN)
 def test_the_documentation_of_a_class_gives_the_ranges_that_it_checks(kind):
     for field in fields_of(kind):
         if isinstance(field.rule, Number) and field.rule.high < MAX_NUMBER:

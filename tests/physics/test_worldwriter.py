@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from random_worlds import random_worlds
+from random_worlds import random_states, random_worlds
 from world_rig import IDEAL
 
 from elib.base.errors import SimulationError
@@ -50,6 +50,16 @@ def test_random_worlds_open_again_equal(scene):
         for kind in ("boxes", "cylinders")
     }
     scene = replace(scene, name="world", **inside)
+    assert same(parse(written_scene(scene).encode(), "world.toml"), scene)
+
+
+@pytest.mark.parametrize("scene", [replace(scene, name="world") for scene, _ in random_states(20)])
+def test_random_worlds_with_states_open_again_equal(scene):
+    swings = [each.swing for each in parse(written_scene(scene).encode(), "world.toml").boxes]
+    assert swings == pytest.approx([box.swing for box in scene.boxes], rel=1e-12)
+    scene = replace(
+        scene, boxes=tuple(replace(box, swing=round(box.swing) or 0.0) for box in scene.boxes if not box.swing)
+    )
     assert same(parse(written_scene(scene).encode(), "world.toml"), scene)
 
 

@@ -151,8 +151,18 @@ function facts(world: World, readings?: Readings): [name: string, text: string][
     ["speed", `${number(100 * speeds[2 * index], 1)} cm/s`],
     ["turning", `${number(Math.round((speeds[2 * index + 1] * 180) / Math.PI))} °/s`],
     ["wheel steps", `left ${left}, right ${right}`],
+    ...earned(readings),
     ["touches something", (frame.value?.bits[index] ?? 0) & FRAME.touching ? "yes" : "no"],
   ];
+}
+
+/** What a robot has earned and used, where the world has such a thing. */
+function earned({ energy, score, zones } = { energy: 1, score: 0, zones: [] } as Partial<Readings>) {
+  const found: [string, string][] = [];
+  if (energy! < 1) found.push(["energy", `${Math.round(100 * energy!)} %`]);
+  if (score) found.push(["points", number(score, Number.isInteger(score) ? 0 : 1)]);
+  if (zones!.length) found.push(["is in", zones!.join(", ")]);
+  return found;
 }
 
 type Shared = { orders: Orders; held: Held };

@@ -6,6 +6,7 @@ import type { Pose, World } from "./scene";
 import { Stage } from "./Stage";
 
 type Point = [x: number, y: number];
+const PEN = 0.006; // m: how wide a pen's line is
 const EDGE = "rgba(30, 34, 42, 0.5)"; // around things
 
 export class Flat extends Stage {
@@ -68,6 +69,13 @@ export class Flat extends Stage {
     if (this.floor) pen.drawImage(this.floor, left, top, floor.width * this.scale, floor.depth * this.scale);
     else this.grid(width, depth, floor.colour ? 0.3 : 1);
     for (const { x, y, intensity } of light) this.disc(x, y, Math.min(0.5 * intensity, 3), "rgba(255, 205, 60, 0.25)");
+    for (const { points, colour, on, picture } of world.zones.value) {
+      pen.globalAlpha = picture ? 0 : on ? 0.4 : 0.15;
+      this.shape(points, colour);
+      pen.globalAlpha = 1;
+      this.shape([...points, points[0]], "", colour, 1.5);
+    }
+    world.lines.forEach((line, k) => this.shape(line, "", world.scene.value!.pens[k] ?? "", PEN * this.scale));
     pen.restore();
     world.trails.forEach((trail, k) => this.hasTrails.value && this.shape(trail, "", this.hue(k)));
     const block = (x: number, y: number, angle: number, width: number, depth: number, colour: string, edge = EDGE) => {

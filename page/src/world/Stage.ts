@@ -88,7 +88,7 @@ export abstract class Stage {
         if (world.scene.value) this.showAll();
       }),
       effect(() => {
-        void [world.looks.value, world.things.value, world.selected.value, world.ambient.value];
+        void [world.looks.value, world.things.value, world.zones.value, world.selected.value, world.ambient.value];
         void [this.mode.value, this.followed.value, this.hasTrails.value];
         this.invalidate();
       }),
@@ -311,6 +311,11 @@ export abstract class Stage {
       poses = this.world.shown("robot", now);
     if (mode === "above" && !this.isSmall) this.writeScale();
     this.mark();
+    for (const { name, points, colour } of this.isSmall || mode === "eye" ? [] : this.world.zones.value) {
+      const [xs, ys] = [0, 1].map((k) => points.map((each) => each[k])),
+        [left, top, scale] = this.toPixel((Math.min(...xs) + Math.max(...xs)) / 2, Math.max(...ys));
+      if (scale > 0) this.text(name, left, top, colour, 11, false);
+    }
     for (let k = 0; k < count; k++) {
       if (mode === "eye" && k === this.chosen) continue;
       const [x, y] = poses.subarray(3 * k),

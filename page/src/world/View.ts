@@ -22,6 +22,7 @@ const SHINING = 4; // lamps that light up what stands around them; more would ta
 const DARK = 4095, // counts of a light sensor without any light, and in a room as it usually is
   ROOM = 3790;
 const HALO = 0.034; // m across the shine of an LED
+const PEN = 0.006; // m: how wide a pen's line is
 // The colours of a robot: its body with its light off and on, its ring as it stands free or touches something, and LEDs.
 const [CLEAR, GREEN, PALE, RED, WHITE, UNLIT] = Array.from(
     [0xd6e8da, 0x7dff73, 0xeef5ef, 0xe2402e, 0xfafaf6, 0x9fb59a],
@@ -163,6 +164,7 @@ export class View extends Stage {
   private readonly meshes = new Map<string, three.InstancedMesh>();
   private readonly trails = new Ribbon(0.0015);
   private readonly rays = new Ribbon(0.031);
+  private readonly zones = new three.Group();
   private halos = new three.Points(new three.BufferGeometry(), materials.halo);
   private floor: three.Mesh<three.PlaneGeometry, three.MeshLambertMaterial> | null = null;
   private built: unknown[] = [];
@@ -250,6 +252,14 @@ export class View extends Stage {
       ground.map.colorSpace = three.SRGBColorSpace;
       ground.map.anisotropy = 8;
       ground.map.repeat.set(width / floor.width, depth / floor.depth);
+      if (!floor.colour) {
+        // The picture is transparent where nothing is painted.
+        const bare = new three.Mesh(this.floor.geometry, new three.MeshLambertMaterial({ color: this.ink("floor") }));
+        bare.position.set(width / 2, depth / 2, -0.0005);
+        bare.receiveShadow = ground.transparent = true;
+        this.floor.renderOrder = -1; // what lies on it is transparent, too
+        this.room.add(bare);
+      }
     } else {
       if (floor.colour) ground.color.multiply(new three.Color(floor.colour));
       const lines: three.Vector3[] = [],
@@ -276,7 +286,27 @@ export class View extends Stage {
     this.fill("sides", shapes.side, matte, sides, false);
     this.fill("rims", box, matte, rims, false);
     const lamps = this.world.things.value.light.slice(0, SHINING).map(() => new three.PointLight("#ffcf70"));
-    this.room.add(sun, sun.target, sky, this.floor, this.trails, this.rays, this.halos, ...lamps);
+    this.room.add(sun, sun.target, sky, this.floor, this.zones, this.trails, this.rays, this.halos, ...lamps);
+  }
+
+  /** Lay the zones on the floor, darker while they are switched on. */
+  private layZones() {
+    for (const each of this.zones.children as three.Mesh<three.BufferGeometry, three.Material>[]) {
+      each.geometry.dispose();
+      each.material.dispose();
+    }
+    this.zones.clear();
+    for (const { points, colour, on, picture } of this.world.zones.value) {
+      const corners = points.map(([x, y]) => new three.Vector2(x, y)),
+        ink = { color: colour, transparent: true, depthWrite: false, opacity: picture ? 0 : on ? 0.45 : 0.18 },
+        area = new three.Mesh(new three.ShapeGeometry(new three.Shape(corners)), new three.MeshBasicMaterial(ink)),
+        rim = new three.LineLoop(
+          new three.BufferGeometry().setFromPoints(corners),
+          new three.LineBasicMaterial({ color: colour }),
+        );
+      area.position.z = rim.position.z = 0.0008;
+      this.zones.add(area, rim);
+    }
   }
 
   /** Put all things where they are; called when they have changed, or move. */
@@ -383,7 +413,12 @@ export class View extends Stage {
       paths = this.hasTrails.value ? this.world.trails : [],
       found = this.world.frame.value?.rays ?? new Float32Array(0),
       [far, near] = [this.colour("ray-far"), this.colour("ray")];
-    trails.begin(paths.reduce((sum, { length }) => sum + length, 0));
+    const { lines } = this.world;
+    trails.begin([...paths, ...lines].reduce((sum, { length }) => sum + length, 0));
+    lines.forEach((line, robot) => {
+      const ink = new three.Color(this.world.scene.value!.pens[robot] ?? 0);
+      for (let k = 1; k < line.length; k++) trails.strip([...line[k - 1], PEN, 1], [...line[k], PEN, 1], ink);
+    });
     paths.forEach((path, robot) => {
       const hue = new three.Color(this.hue(robot));
       let last: number[] | null = null;
@@ -406,12 +441,13 @@ export class View extends Stage {
   }
 
   protected paint(now: number, passed: number) {
-    const { scene, things, frame, ambient } = this.world,
+    const { scene, things, zones, frame, ambient } = this.world,
       { canvas, sun } = this;
     const isNew = this.built[0] !== scene.value || this.built[2] !== things.value.light.length;
     if (isNew) this.enter();
+    if (isNew || this.built[3] !== zones.value) this.layZones();
     if (isNew || this.built[1] !== things.value || this.world.isMoving(now)) this.placeThings(now);
-    this.built = [scene.value, things.value, things.value.light.length];
+    this.built = [scene.value, things.value, things.value.light.length, zones.value];
     if (frame.value) this.placeRobots(now);
     this.drawRibbons();
     const light = Math.min(1.2, (DARK - ambient.value) / (DARK - ROOM)),

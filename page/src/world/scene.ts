@@ -1,7 +1,7 @@
 // What the page knows of a virtual world: the scene as it was sent, its changes, and its frames. It knows no DOM.
 import { batch, signal } from "@preact/signals";
 import { FRAME, type Asked, type Box, type Change, type Clock, type Cylinder, type Light } from "../messages";
-import type { NewScene, Readings, Scene, Sound } from "../messages";
+import type { NewScene, Readings, Scene, Sound, Zone } from "../messages";
 import { hello } from "../store";
 
 const KEPT = 60; // s of the world: how long it can go back
@@ -13,7 +13,9 @@ export type Mode = (typeof MODES)[number];
 const TRAIL_STEP = 0.004; // m between two points of a trail
 const TRAIL_POINTS = 500; // of one robot: its last two metres or more
 const ALL_POINTS = 20_000; // of all robots
+const PEN_POINTS = 5_000; // of what one pen draws while a page looks
 const LIFTED = 0.15; // m between two frames: it was put elsewhere, and did not drive there
+const FASTEST = 0.2; // m/s: what moved farther was lifted, however long the page had slept
 const SMOOTH = 0.1; // s of the robot's time over which speeds are smoothed
 const MAX_LISTED = 500; // things of a kind in the list
 const THICK = 0.006; // m: how a wall is shown
@@ -123,6 +125,7 @@ export class World {
   readonly scene = signal<Scene | null>(null);
   readonly isLive = signal(false); // the scene is one of now, and not what was seen last
   readonly things = signal(NOTHING); // another object whenever anything in it has changed
+  readonly zones = signal<Zone[]>([]); // another list whenever one was switched on or off
   readonly ambient = signal(0);
   readonly clock = signal<Clock>({ paused: false, speed: 1, fixed: "" });
   readonly frame = signal<Frame | null>(null);
@@ -133,6 +136,7 @@ export class World {
   readonly past = signal<number | null>(null); // s: the moment that is shown; null for now
   readonly span = signal<[first: number, last: number]>([0, 0]); // s: the moments that can be shown
   trails: [x: number, y: number][][] = [];
+  lines: [x: number, y: number][][] = []; // that pens drew
   speeds = new Float32Array(0); // m/s and rad/s of each robot
   private glides = { robot: new Glide(), box: new Glide(), cylinder: new Glide() };
   private beats: [here: number, simulated: number][] = []; // of the last two seconds
@@ -158,7 +162,7 @@ export class World {
 
   enter(scene: Scene) {
     const { walls, boxes: box, cylinders: cylinder, lights: light, sounds: sound } = scene;
-    this.trails = Array.from({ length: scene.robots }, () => []);
+    [this.trails, this.lines] = [1, 2].map(() => Array.from({ length: scene.robots }, () => []));
     this.speeds = new Float32Array(2 * scene.robots);
     this.beats = [];
     this.moments = [];
@@ -167,6 +171,7 @@ export class World {
       this.frame.value = this.looks.value = this.readings.value = this.past.value = null;
       this.things.value = this.now.things;
       this.ambient.value = scene.ambient;
+      this.zones.value = scene.zones;
       this.clock.value = scene.clock;
       this.scene.value = scene;
       this.isLive.value = true;
@@ -194,6 +199,7 @@ export class World {
     };
     this.now = { ...this.now, things, ambient: ambient ?? this.now.ambient };
     batch(() => {
+      if (change.zones) this.zones.value = change.zones;
       if (change.clock) [this.clock.value, this.beats] = [change.clock, []];
       if (this.past.value === null) this.place(this.now);
     });
@@ -226,7 +232,13 @@ export class World {
       last = this.beats.at(-1);
     if (last) this.gap += 0.1 * (Math.min(0.25, Math.max(0.01, now - last[0])) - this.gap);
     if (old && frame.time > old.time) this.measure(old, frame);
-    this.trails.forEach((trail, k) => this.follow(trail, frame.poses[3 * k], frame.poses[3 * k + 1]));
+    const limit = Math.min(TRAIL_POINTS, ALL_POINTS / frame.count),
+      far = LIFTED + FASTEST * (frame.time - (old?.time ?? frame.time));
+    for (let k = 0; k < frame.count; k++) {
+      const [x, y] = frame.poses.subarray(3 * k);
+      this.follow(this.trails[k], x, y, limit, LIFTED);
+      if (this.scene.value.pens[k]) this.follow(this.lines[k], x, y, PEN_POINTS, far);
+    }
     this.beats.push([now, frame.time]);
     while (this.beats.length > 2 && now - this.beats[0][0] > 2) this.beats.shift();
     this.now = { ...this.now, frame };
@@ -282,13 +294,13 @@ export class World {
     }
   }
 
-  private follow(trail: [number, number][], x: number, y: number) {
+  private follow(trail: [number, number][], x: number, y: number, limit: number, far: number) {
     const last = trail.at(-1),
       moved = last ? Math.hypot(x - last[0], y - last[1]) : 1;
     if (moved < TRAIL_STEP) return;
-    if (last && moved > LIFTED) trail.length = 0; // or the page had slept: no line through the air
+    if (last && moved > far) trail.length = 0; // or the page had slept: no line through the air
     trail.push([x, y]);
-    if (trail.length > Math.min(TRAIL_POINTS, ALL_POINTS / this.trails.length)) trail.shift();
+    if (trail.length > limit) trail.shift();
   }
 
   /** Simulated seconds in one of the wall clock; null before it can be told. */

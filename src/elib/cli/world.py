@@ -22,7 +22,7 @@ from elib.cli.terminal import json_line, print_json, say, table
 from elib.link.protocol.profiles import FIRMWARES
 from elib.simulator.drawing import draw_png
 from elib.simulator.physics import Box, Cylinder, EpuckModel, Scene, World
-from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
+from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe, Zone
 from elib.simulator.physics.geometry import WALL_COLOUR
 from elib.simulator.worlds.files import WorldFile, gallery, load_file, parse, source_of
 from elib.simulator.worlds.importing import READERS, read_world
@@ -208,6 +208,8 @@ def _contents(scene: Scene, world: World) -> list[tuple[str, str]]:
         ),
         *_lines("lights", (f"{_named(light)}, intensity {light.intensity:g}" for light in scene.lights)),
         *_lines("sounds", (f"{_named(sound)}, {sound.frequency:g} Hz" for sound in scene.sounds)),
+        *_lines("zones", map(_zone, scene.zones)),
+        *_lines("energy", (f"{e.start:g}, {e.idle:g}/s, {e.driving:g}/m" for e in (scene.energy,) if e)),
         *_lines("floor", [str(scene.floor), *_painted(scene)]),
     ]
 
@@ -241,7 +243,18 @@ def _thing(thing: Box | Cylinder, size: str) -> str:
         parts.append(str(thing.colour))
     if thing.is_pushable:
         parts.append(f"pushable, {thing.mass:g} kg")
+    if isinstance(thing, Box) and thing.switch:
+        parts.append(f"door of {thing.switch}")
+    if isinstance(thing, Cylinder) and thing.collect:
+        parts.append(f"puck of {thing.collect}")
     return ", ".join(parts)
+
+
+def _zone(zone: Zone) -> str:
+    gives = {"energy/s": zone.energy, "points": zone.score, "points/s": zone.rate}
+    place = f" at ({zone.x:g}, {zone.y:g})" if zone.x is not None else f", {counted(len(zone.points), 'corner')}"
+    parts = [f"{value:g} {what}" for what, value in gives.items() if value]
+    return ", ".join([zone.name + (place if zone.outline else ""), *parts])
 
 
 def _named(thing: Box | Cylinder | Light | Sound) -> str:

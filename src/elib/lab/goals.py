@@ -393,6 +393,26 @@ class Lit(Goal):
         return count >= self.times, f"on {counted(count, 'time')}"
 
 
+@kind("score")
+class Score(Goal):
+    """The robot has points, and energy left, at the end: those of the zones and pucks of its world.
+
+    Attributes:
+        least: How many points at least.
+        energy: How much of its energy at least.
+    """
+
+    least: Annotated[float, Number(-1000, 1000, example="3")] = 1.0
+    energy: Share = 0.0
+
+    def _sentence(self) -> str:
+        return f"The robot earns {self.least:g} points{f' and keeps {self.energy:.0%} energy' if self.energy else ''}."
+
+    def _one(self, trace: Trace, robot: int) -> Finding:
+        score, energy = trace.earned[robot]
+        return score >= self.least and energy >= self.energy, f"{score:g} points, {energy:.0%} energy"
+
+
 @kind("says")
 class Says(Goal):
     """The program printed a text.

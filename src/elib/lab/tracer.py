@@ -144,6 +144,7 @@ class Tracer:
             touching=self._touching,
             lit=self._lit,
             speeds=[world.wheel_speeds(robot) for robot in range(world.robots)],
+            earned=[(each.score, each.energy) for each in snapshot.robots],
             things=things_of(snapshot),
             zones=self._lab.zones_of(self._variant),
             stripes=stripes_of(scene),

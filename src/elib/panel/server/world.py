@@ -72,6 +72,16 @@ class Cylinder(Struct):
     pushable: bool
 
 
+class Zone(Struct):
+    """A zone of the world: the corners of its shape, m, whether it is switched on, and whether a picture tells more."""
+
+    name: str
+    points: tuple[tuple[float, float], ...]
+    colour: str
+    on: bool
+    picture: bool
+
+
 class Floor(Struct):
     """The painted floor, if there is a picture of it; without a colour, it is bare linoleum."""
 
@@ -95,7 +105,8 @@ class Scene(Struct):
     Attributes:
         radius: Of a robot, m.
         own: The index of the robot by whose key the page has subscribed to it; None for another key.
-        floor_png: The painted floor, as the address of a picture.
+        floor_png: The painted floor, with what pens drew until now, as the address of a picture.
+        pens: The colour of each robot's pen, if it has one; empty if no robot has.
     """
 
     world: str
@@ -114,6 +125,8 @@ class Scene(Struct):
     names: tuple[str, ...]
     own: int | None
     floor_png: str | None
+    zones: list[Zone]
+    pens: list[str | None]
 
 
 class NewScene(Told, tag="scene"):
@@ -133,6 +146,7 @@ class Change(Told, tag="change"):
     cylinders: list[tuple[int, float, float]] | UnsetType = UNSET
     lights: list[tuple[int, Light]] | UnsetType = UNSET
     sounds: list[tuple[int, Sound]] | UnsetType = UNSET
+    zones: list[Zone] | UnsetType = UNSET
     ambient: float | UnsetType = UNSET
     clock: Clock | UnsetType = UNSET
 
@@ -153,6 +167,9 @@ class Readings(Told, tag="readings"):
     proximity: list[int]
     encoders: tuple[int, int]
     link: LinkState
+    energy: float
+    score: float
+    zones: tuple[str, ...]
     base: LinkFaults | UnsetType = UNSET
     selector: int | UnsetType = UNSET
     button: bool | UnsetType | None = UNSET
@@ -238,7 +255,8 @@ def clock(control: Control) -> Clock:
 
 def scene(control: Control, snapshot: Snapshot, own: int | None) -> Scene:
     """Return what the page has to know once; *own* is the index of its own robot."""
-    floor = snapshot.floor
+    floor = control.world.floor
+    pens = control.world.laid_out()["pens"]
     scale = 1 / floor.scale if floor.columns else 0.0
     # The colour of bare linoleum is left to the page, which has a light and a dark one.
     colour = None if floor.colour == packed(FLOOR_COLOUR) else f"#{floor.colour:06x}"
@@ -259,6 +277,8 @@ def scene(control: Control, snapshot: Snapshot, own: int | None) -> Scene:
         names=tuple(control.names),
         own=own,
         floor_png=as_address(floor_png(floor)) if floor.columns else None,
+        zones=_zones(snapshot),
+        pens=[None if colour is None else str(colour) for colour in pens],
     )
 
 
@@ -315,6 +335,8 @@ def change(old: Snapshot, new: Snapshot, channel: int = 0) -> Change:
     found.cylinders = [(at, post.x, post.y) for at, post in _moved(old.cylinders, new.cylinders)] or UNSET
     found.lights = _moved(old.lights, new.lights) or UNSET
     found.sounds = _moved(old.sounds, new.sounds) or UNSET
+    if [zone.is_on for zone in old.zones] != [zone.is_on for zone in new.zones]:
+        found.zones = _zones(new)
     return found
 
 
@@ -326,7 +348,9 @@ def readings(control: Control, snapshot: Snapshot, robot: int, channel: int = 0)
     """
     virtual = control.simulation.robots.get(robot)
     proximity = [beam.reading for beam in snapshot.robots[robot].beams]
-    found = Readings(channel, robot, proximity, control.world.encoders(robot), control.link(robot))
+    world, seen = control.world, snapshot.robots[robot]
+    earned = seen.energy, seen.score, world.zones_of(robot)
+    found = Readings(channel, robot, proximity, world.encoders(robot), control.link(robot), *earned)
     if virtual is not None:
         own, hardware = virtual.settings, control.hardware(robot)
         found.base = LinkFaults(own.latency, own.jitter, own.loss)
@@ -337,6 +361,10 @@ def readings(control: Control, snapshot: Snapshot, robot: int, channel: int = 0)
 
 def _walls(snapshot: Snapshot) -> Walls:
     return [(w.x1, w.y1, w.x2, w.y2, str(w.colour), w.height, _face(w.face)) for w in snapshot.walls]
+
+
+def _zones(snapshot: Snapshot) -> list[Zone]:
+    return [Zone(a.name, a.outline, str(a.colour), a.is_on, bool(a.file)) for a in snapshot.zones if a.outline]
 
 
 def _face(face: str) -> list[int]:

@@ -13,8 +13,9 @@ from elib.base.zone import Zone
 from elib.simulator.drawing.fittings import glow_shapes, lamp_shapes, push_shapes, sound_shapes
 from elib.simulator.drawing.robot import robot_shapes
 from elib.simulator.drawing.shapes import Area, Circle, Drawing, Picture, Point, Shape, Stroke, Text, blend
-from elib.simulator.physics import Box, Colour, Pose, RobotView, Snapshot
+from elib.simulator.physics import Box, Colour, Cylinder, Pose, RobotView, Snapshot
 from elib.simulator.physics.fittings import FLOOR_COLOUR
+from elib.simulator.physics.fittings import Zone as WorldZone
 from elib.simulator.physics.floor import packed
 
 Trail: TypeAlias = Sequence[Pose]
@@ -86,6 +87,7 @@ def top_view(
     frame = _Frame(snapshot, size, tones)
     shapes = [
         *_floor(snapshot, frame),
+        *(shape for zone in snapshot.zones if zone.outline for shape in _area(zone, snapshot, frame)),
         *(shape for zone in zones for shape in _zone(zone, frame)),
         *_shadows(snapshot, frame),
         *(shape for i, trail in enumerate(trails) for shape in _trail(trail, hue(i), frame)),
@@ -157,11 +159,26 @@ def _zone(zone: Zone, frame: _Frame) -> Iterator[Shape]:
         low, high = zone.y - zone.depth / 2, zone.y + zone.depth / 2
         corners = (left, low), (right, low), (right, high), (left, high), (left, low)
         yield Stroke(tuple(frame.at(*corner) for corner in corners), ZONE, 2.4 * frame.line)
-    x, y = frame.at(zone.x, zone.y + (zone.radius or zone.depth / 2))
-    bottom = y - 0.4 * frame.text
+    yield _title(zone.name, frame.at(zone.x, zone.y + (zone.radius or zone.depth / 2)), ZONE, frame)
+
+
+def _title(name: str, top: Point, colour: Colour, frame: _Frame) -> Text:
+    """Return the name of a zone above its upper end."""
+    x, bottom = top[0], top[1] - 0.4 * frame.text
     if bottom - frame.text < frame.margin:  # the wall is there: go above it
         bottom = frame.margin - 0.7 * frame.text
-    yield Text((x, bottom), zone.name, 0.85 * frame.text, ZONE, "middle")
+    return Text((x, bottom), name, 0.85 * frame.text, colour, "middle")
+
+
+def _area(zone: WorldZone, snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
+    """Draw a zone of the world; it is filled where that hides nothing, darker while it is switched on."""
+    corners = tuple(frame.at(x, y) for x, y in zone.outline)
+    if snapshot.floor.columns or zone.file:
+        yield Stroke((*corners, corners[0]), zone.colour, 1.6 * frame.line)
+    else:
+        yield Area(corners, blend(frame.bare, zone.colour, 0.4 if zone.is_on else 0.15), zone.colour, 1.6 * frame.line)
+    left, right = min(x for x, _ in corners), max(x for x, _ in corners)
+    yield _title(zone.name, ((left + right) / 2, min(y for _, y in corners)), zone.colour, frame)
 
 
 def _margins(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
@@ -184,11 +201,16 @@ def _shadows(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
     shadow = blend(frame.bare, SHADE, 0.15)
     for box in snapshot.boxes:
         yield Area(_corners(box, frame, shift), shadow)
-    for post in snapshot.cylinders:
+    for post in _there(snapshot):
         yield Circle(frame.at(post.x + shift, post.y - shift), post.radius * frame.scale, shadow)
     for robot in snapshot.robots:
         centre = frame.at(robot.pose.x + 0.6 * shift, robot.pose.y - 0.6 * shift)
         yield Circle(centre, robot.radius * frame.scale, shadow)
+
+
+def _there(snapshot: Snapshot) -> list[Cylinder]:
+    """Return the cylinders without the pucks that are gone, which lie far away."""
+    return [post for post in snapshot.cylinders if post.x > -snapshot.width]
 
 
 def _obstacles(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
@@ -196,7 +218,7 @@ def _obstacles(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
         outline = blend(box.colour, frame.edge, 0.45)
         yield Area(_corners(box, frame, 0.0), box.colour, outline, 2 * frame.line)
         yield from push_shapes(box, frame.at, 2 * frame.line)
-    for post in snapshot.cylinders:
+    for post in _there(snapshot):
         centre, radius = frame.at(post.x, post.y), post.radius * frame.scale
         yield Circle(centre, radius, post.colour, blend(post.colour, frame.edge, 0.45), 2 * frame.line)
         if not post.is_pushable:
@@ -288,6 +310,11 @@ def _caption(snapshot: Snapshot, trails: Sequence[Trail]) -> str:
     parts = [snapshot.name, f"{snapshot.time:.1f} s"]
     if count > 1:
         parts.append(f"{count} robots")
+    score = sum(robot.score for robot in snapshot.robots)
+    if score:
+        parts.append(f"{score:g} points")
+    if count == 1 and snapshot.robots[0].energy < 1:
+        parts.append(f"energy {snapshot.robots[0].energy:.0%}")
     driven = sum(math.hypot(b.x - a.x, b.y - a.y) for trail in trails for a, b in pairwise(trail))
     if driven > 0:
         parts.append(f"{driven:.2f} m driven")

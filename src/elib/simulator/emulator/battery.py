@@ -53,6 +53,11 @@ def power_of(rates: Sequence[float], lamps: float) -> float:
     return power
 
 
+def volts_at(charge: float) -> float:
+    """Return the voltage, V, 3.0..4.2, of a battery that holds so much, 0..1."""
+    return interpolated(DISCHARGE, charge)
+
+
 class BatteryCell:
     """The cell. An empty one stays at 3 V: the virtual robot drives on.
 
@@ -80,7 +85,7 @@ class BatteryCell:
 
     def volts(self, time: float) -> float:
         """Return the voltage at *time*, V, 3.0..4.2."""
-        return interpolated(DISCHARGE, self.charge(time))
+        return volts_at(self.charge(time))
 
     def _left_at(self, time: float) -> float:
         return max(0.0, self._left - self._power * max(0.0, time - self._since))

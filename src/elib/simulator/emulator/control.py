@@ -22,6 +22,7 @@ from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.simulation import Simulation, VirtualRobot, as_scene
 from elib.simulator.physics import Box, Colour, Cylinder, Defect, EpuckModel, Light, Pose, Snapshot, Sound, Wall, World
 from elib.simulator.physics.defects import Amount, Deviation, Factor
+from elib.simulator.physics.fittings import Zone
 from elib.simulator.physics.geometry import Painted
 from elib.simulator.physics.scene import Scene
 
@@ -53,6 +54,7 @@ Intensity = Annotated[float, rule_of(Light, "intensity")]
 Volume = Annotated[float, rule_of(Sound, "volume")]
 Frequency = Annotated[float, rule_of(Sound, "frequency")]
 Ambient = Annotated[float, rule_of(EpuckModel, "ambient")]
+ZoneName = Annotated[str, rule_of(Zone, "name")]
 
 
 Part = Annotated[str, rule_of(Defect, "of")]
@@ -205,9 +207,9 @@ class Control:
             y: New y of its centre, m.
             angle: New angle, rad; None keeps the old one.
         """
-        snapshot = self.snapshot()
-        index = _index("box", box, snapshot.boxes)
-        self.world.move_box(index, Pose(*_place(x, y), snapshot.boxes[index].angle if angle is None else angle))
+        boxes = self._ready().laid_out()["boxes"]  # a door as it is closed
+        index = _index("box", box, boxes)
+        self.world.move_box(index, Pose(*_place(x, y), boxes[index].angle if angle is None else angle))
 
     @order
     def move_cylinder(self, cylinder: Which, x: Place, y: Place) -> None:
@@ -325,10 +327,10 @@ class Control:
             y: New y, m.
             height: Height above the floor, m, more than 0.
         """
-        snapshot = self.snapshot()
-        index = _index("light", light, snapshot.lights)
+        lights = self._ready().laid_out()["lights"]
+        index = _index("light", light, lights)
         changes = _given(x=x, y=y, height=height, intensity=intensity)
-        self.world.set_light(index, replace(snapshot.lights[index], **changes))
+        self.world.set_light(index, replace(lights[index], **changes))
 
     @order
     def set_sound(
@@ -349,10 +351,20 @@ class Control:
             x: New x, m.
             y: New y, m.
         """
-        snapshot = self.snapshot()
-        index = _index("sound", sound, snapshot.sounds)
+        sounds = self._ready().laid_out()["sounds"]
+        index = _index("sound", sound, sounds)
         changes = _given(x=x, y=y, volume=volume, frequency=frequency)
-        self.world.set_sound(index, replace(snapshot.sounds[index], **changes))
+        self.world.set_sound(index, replace(sounds[index], **changes))
+
+    @order
+    def switch(self, zone: ZoneName, *, on: bool | None = None) -> None:
+        """Switch a zone of the world on or off, and with it its doors, lamps and sounds.
+
+        Args:
+            zone: Name of the zone.
+            on: Whether it is on from now on, whatever is in it; None leaves it to what is in it again.
+        """
+        self._ready().switch(zone, on)
 
     @order
     def set_ambient(self, ambient: Ambient) -> None:

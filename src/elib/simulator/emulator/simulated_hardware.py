@@ -24,7 +24,7 @@ from elib.link.protocol.camera import SENSOR_HEIGHT, SENSOR_WIDTH, CameraWindow
 from elib.link.protocol.image import Mounting, check_mounting
 from elib.link.protocol.pitch import sent_samples
 from elib.link.protocol.shapes import MICROPHONES, NO_ECHO, SAMPLES
-from elib.simulator.emulator.battery import FULL_VOLTS, LOW_VOLTS, BatteryCell, power_of
+from elib.simulator.emulator.battery import FULL_VOLTS, LOW_VOLTS, BatteryCell, power_of, volts_at
 from elib.simulator.emulator.build import EPUCK1, Build
 from elib.simulator.emulator.hardware import Lights
 from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, RobotProfile
@@ -325,8 +325,10 @@ class SimulatedHardware:
 
     @property
     def voltage(self) -> float:
-        """Voltage of the battery, V. It falls as motors turn and lamps are lit (``battery``)."""
+        """Voltage of the battery, V. It falls as motors turn and lamps are lit (``battery``), or as the world says."""
         volts = None if self.volts is None else self.volts()
+        if volts is None and self.world.scene.energy is not None:
+            return volts_at(self.world.energy(self.robot_index))
         return self._cell.volts(self._now) if volts is None else volts
 
     def replace_battery(self, charge: float = 1.0) -> None:

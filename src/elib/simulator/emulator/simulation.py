@@ -464,10 +464,9 @@ def as_scene(world: World) -> Scene:
     now, scene = world.snapshot(), world.scene
     scene = replace(
         scene,
-        boxes=now.boxes,
-        cylinders=now.cylinders,
-        lights=now.lights,
-        sounds=now.sounds,
+        **world.laid_out(),
+        zones=now.zones,
+        energies=tuple(robot.energy for robot in now.robots) if scene.energy else (),
         model=replace(scene.model, ambient=world.ambient),
     )
     return replace(scene, starts=cleared(scene, [robot.pose for robot in now.robots]))

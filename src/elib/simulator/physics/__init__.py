@@ -6,11 +6,11 @@ from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.controller import Controller
 from elib.simulator.physics.defects import Defect
 from elib.simulator.physics.episodes import Episodes, Scores
-from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
+from elib.simulator.physics.fittings import Checkers, Energy, Light, Patch, Print, Sound, Stripe, Zone
 from elib.simulator.physics.geometry import Box, Colour, Cylinder, Polygon, Wall
 from elib.simulator.physics.records import Records, SensorView
 from elib.simulator.physics.scene import Scene
-from elib.simulator.physics.snapshot import Beam, Lamps, RobotView, Snapshot
+from elib.simulator.physics.snapshot import Beam, Event, Lamps, RobotView, Snapshot
 from elib.simulator.physics.task import Randomisation, Task
 from elib.simulator.physics.world import World
 
@@ -23,8 +23,10 @@ __all__ = [
     "Controller",
     "Cylinder",
     "Defect",
+    "Energy",
     "Episodes",
     "EpuckModel",
+    "Event",
     "Lamps",
     "Light",
     "Patch",
@@ -43,4 +45,5 @@ __all__ = [
     "Task",
     "Wall",
     "World",
+    "Zone",
 ]

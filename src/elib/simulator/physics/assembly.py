@@ -10,12 +10,14 @@ from elib.base.body import FASTEST_2, METRES_PER_STEP, step_rate
 from elib.base.tags import FACES
 from elib.simulator.physics import profiles, records
 from elib.simulator.physics.body import RADIUS
+from elib.simulator.physics.fittings import Energy
 from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Cylinder, Wall, infrared_reflectance, unit
 from elib.simulator.physics.neighbours import IN_A_TICK, NEAR_WALLS, SENSORS_WITHIN, STRAY
 from elib.simulator.physics.noise import quantiles
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.sensors import distance
+from elib.simulator.physics.zones import FASTEST, Areas, place_door
 
 MIN_CELL = 0.07
 """m. About half the usual reach of an infrared ray: in a dense maze a cell then holds few walls it does not need."""
@@ -44,17 +46,36 @@ def _reflectance(thing: Wall | Cylinder) -> float:
     return thing.reflectance if thing.reflectance is not None else infrared_reflectance(thing.colour)
 
 
-def thing_record(thing: Box | Cylinder, first: int = 0) -> records.Thing:
-    """Return the record of a pushable thing whose first side, or whose disc, is number *first*."""
+DOOR_MASS = 1e6
+"""kg. A door moves by itself; friction holds it against whatever pushes it."""
+
+
+def thing_record(thing: Box | Cylinder, scene: Scene, first: int = 0) -> records.Thing:
+    """Return the record of a thing that can move, whose first side, or whose disc, is number *first*."""
     made = records.Thing(thing.x, thing.y, first=first, lightness=1 / thing.mass, friction=thing.friction)
     if isinstance(thing, Cylinder):
         made.reach = thing.radius
+        made.collect, made.respawn = scene.zone_number(thing.collect), scene.zone_number(thing.respawn)
+        made.score, made.gift, made.after = thing.score, thing.energy, thing.after
     else:
         made.half_width, made.half_depth = thing.width / 2, thing.depth / 2
         made.reach = math.hypot(made.half_width, made.half_depth)
         made.heading_x, made.heading_y = unit(thing.angle)
         # A solid block about its upright axis: m (w^2 + d^2) / 12.
         made.turnable = 3 / (thing.mass * made.reach**2)
+        if thing.switch:
+            made.lightness, made.friction, made.turnable = 1 / DOOR_MASS, 1.0, 3 / (DOOR_MASS * made.reach**2)
+            made.switch = scene.zone_number(thing.switch)
+            made.open = float(scene.zones[made.switch].is_on)
+            made.closed_x, made.closed_y = made.heading_x, made.heading_y
+            made.open_x, made.open_y = unit(thing.angle + thing.swing)
+            made.slide_x, made.slide_y = thing.slide
+            made.arm = made.half_width if thing.swing else 0.0
+            made.hinge_x = thing.x - made.arm * made.heading_x
+            made.hinge_y = thing.y - made.arm * made.heading_y
+            way = math.hypot(*thing.slide) + 2 * abs(thing.swing) * made.reach
+            made.pace = min(1 / thing.takes, FASTEST / (scene.step * way))
+            place_door(made)
     made.before_x, made.before_y = made.x, made.y
     made.before_heading_x, made.before_heading_y = made.heading_x, made.heading_y
     return made
@@ -99,19 +120,19 @@ class Solids:
     @classmethod
     def of(cls, scene: Scene, boxes: Sequence[Box], cylinders: Sequence[Cylinder]) -> Solids:
         """Lay out *scene* with its boxes and cylinders where they are now."""
-        firm = [*scene.edge, *scene.fixed_walls, *(side for box in boxes if not box.is_pushable for side in box.sides)]
+        firm = [*scene.edge, *scene.fixed_walls, *(side for box in boxes if not box.can_move for side in box.sides)]
         walls = [wall_record(wall) for wall in firm]
-        discs = [disc_record(post) for post in cylinders if not post.is_pushable]
+        discs = [disc_record(post) for post in cylinders if not post.can_move]
         made = cls(walls, discs, [], [-1] * len(boxes), [-1] * len(cylinders), len(walls), len(discs))
         for k, box in enumerate(boxes):
-            if box.is_pushable:
+            if box.can_move:
                 made.box_things[k] = len(made.things)
-                made.things.append(thing_record(box, len(walls)))
-                walls += (wall_record(side) for side in box.sides)
+                made.things.append(thing_record(box, scene, len(walls)))
+                walls += (wall_record(side) for side in moved_box(box, made.things[-1]).sides)
         for k, cylinder in enumerate(cylinders):
-            if cylinder.is_pushable:
+            if cylinder.can_move:
                 made.cylinder_things[k] = len(made.things)
-                made.things.append(thing_record(cylinder, len(discs)))
+                made.things.append(thing_record(cylinder, scene, len(discs)))
                 discs.append(disc_record(cylinder))
         return made
 
@@ -207,9 +228,12 @@ def listings(solids: Solids, robots: int, horizon: float) -> list[records.Listin
     return [*made, *(records.Listing(rim=thing.reach, reach=thing.reach + 2 * IN_A_TICK) for thing in solids.things)]
 
 
-def setting(scene: Scene, floor: Floor, grid: Grid, profile: profiles.Profile, largest: float) -> records.Setting:
+def setting(
+    scene: Scene, floor: Floor, areas: Areas, grid: Grid, profile: profiles.Profile, largest: float
+) -> records.Setting:
     """Return the numbers of the world as a whole."""
     model, horizon = scene.model, horizon_of(profile)
+    energy = scene.energy or Energy(0.0)
     # Any two that may be near each other lie in neighbouring cells of the hash.
     size = max(
         horizon + max(RADIUS, largest) + 2 * STRAY,
@@ -249,6 +273,15 @@ def setting(scene: Scene, floor: Floor, grid: Grid, profile: profiles.Profile, l
         floor_columns=floor.columns,
         floor_rows=floor.rows,
         floor_scale=floor.scale,
+        has_states=int(bool(scene.energy or areas.columns or any(post.collect for post in scene.cylinders))),
+        has_energy=int(scene.energy is not None),
+        idle=energy.idle,
+        driving=energy.driving,
+        has_pens=int(any(scene.pens)),
+        first_area=max(len(floor.pixels), 1),
+        map_columns=areas.columns,
+        map_rows=areas.rows,
+        map_scale=areas.scale,
     )
 
 

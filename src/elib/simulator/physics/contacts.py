@@ -63,7 +63,7 @@ def collide(world: Records) -> None:
                     robot.y = robot.before_y
         for k in range(len(world.things)):
             thing = world.things[k]
-            if iteration > 1 and thing.moved == 0:
+            if (iteration > 1 and thing.moved == 0) or thing.back >= 0:
                 continue
             thing.moved = 0
             is_pushed = leave_obstacles(world, k, iteration)

@@ -1,13 +1,25 @@
-"""What a world has beside its solids: lights, sources of sound, and what is painted on the floor."""
+"""What a world has beside its solids: lights, sources of sound, zones, and what is painted on the floor."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated, TypeAlias
 
 from elib.base.rules import Mistake, Number, Text, check
-from elib.simulator.physics.geometry import Colour, CourseRule, Length, Name, Painted, Place, Point
+from elib.simulator.physics.geometry import (
+    MAX_ARENA,
+    Colour,
+    CourseRule,
+    Length,
+    Name,
+    Painted,
+    Place,
+    Point,
+    Switch,
+    unit,
+)
 
 FLOOR_COLOUR = Colour(176, 172, 164)
 """Colour of a floor on which nothing is painted: grey linoleum."""
@@ -37,6 +49,7 @@ class Light:
         intensity: How far it reaches, 0..10: at a distance of half this many metres its light has fallen to 1/e
             (the law of ARGoS). 0 is switched off.
         name: To find it by; no two things of a world share one. Empty for none.
+        switch: The zone that switches it on and off. Empty if it always shines.
     """
 
     x: Place
@@ -44,6 +57,7 @@ class Light:
     height: Length = 0.10
     intensity: Intensity = 1.0
     name: Name = ""
+    switch: Switch = ""
 
     def __post_init__(self) -> None:
         check(self, "the light's ")
@@ -62,6 +76,7 @@ class Sound:
         every: It begins again each time after this many seconds, 0..3600; 0 for a sound that never stops.
         lasts: How long it sounds each time, s, 0..3600, if it is not steady.
         name: To find it by; no two things of a world share one. Empty for none.
+        switch: The zone that switches it on and off. Empty if it always sounds.
     """
 
     x: Place
@@ -71,6 +86,7 @@ class Sound:
     every: Interval = 0.0
     lasts: Interval = 0.05
     name: Name = ""
+    switch: Switch = ""
 
     def __post_init__(self) -> None:
         check(self, "the sound's ")
@@ -179,3 +195,122 @@ class Patch:
 
 Paint: TypeAlias = Stripe | Checkers | Print | Patch
 """Anything on the floor; later ones cover earlier ones."""
+
+
+ZONE_COLOUR = Colour(38, 130, 98)
+ROUND = 48
+"""Corners of the outline of a round zone: it then differs from a circle by 0.2 % of its radius."""
+
+Middle = Annotated[float, Number(-MAX_ARENA, MAX_ARENA, "m", otherwise="none")]
+Share = Annotated[float, Number(0, 1)]
+Flow = Annotated[float, Number(-100, 100, "1/s")]
+Points = Annotated[float, Number(-1000, 1000)]
+Area = Annotated[tuple[Point, ...], CourseRule(example="[[0.1, 0.1], [0.3, 0.1], [0.2, 0.3]]", otherwise="none")]
+ROBOTS = "robots"
+"""What switches a zone, or collects a puck, if it is not a thing or a zone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Zone:
+    """A part of the floor that knows what is in it: it gives energy and points, and switches other things.
+
+    Its shape is a disc, a rectangle, a polygon, a stripe, or the dark parts of a picture. A zone without a shape is
+    switched by programs alone.
+
+    Attributes:
+        name: To find it by; no two things of a world share one.
+        x: Its middle, m, -1000..1000.
+        y: Its middle, m, -1000..1000.
+        radius: The radius of a disc, m, 0.001..1000.
+        width: Of a rectangle or a picture, along x, m, 0.001..1000.
+        depth: Of a rectangle or a picture, along y, m, 0.001..1000.
+        points: The corners of a polygon, or the course of a stripe, m.
+        band: The width of a stripe, m, 0..1000; 0 for a polygon.
+        file: A PNG or JPEG file, absolute, or relative to the folder of the world's file: its dark parts are the zone.
+        by: What switches it on while it is inside: `robots`, or the name of a box or cylinder that can be pushed.
+        stays: Whether it stays on when that has left.
+        is_on: Whether it is on at the start.
+        energy: What each robot inside gets of its whole energy, 1/s, -100..100; below 0 it loses that.
+        store: The energy it can give until it is empty, in wholes of a robot, 0..1000; None for no limit.
+        refill: What its store gets back, 1/s, 0..100, up to what it began with.
+        score: Points of a robot that comes in, -1000..1000.
+        rate: Points of each robot inside, 1/s, -100..100.
+        colour: How it is drawn; it is not painted on the floor.
+    """
+
+    name: Annotated[str, Text(example='"nest"')]
+    x: Middle | None = None
+    y: Middle | None = None
+    radius: Annotated[float, Number(0.001, 1000, "m", example="0.1", otherwise="none")] | None = None
+    width: Annotated[float, Number(0.001, 1000, "m", otherwise="none")] | None = None
+    depth: Annotated[float, Number(0.001, 1000, "m", otherwise="none")] | None = None
+    points: Area = ()
+    band: Annotated[float, Number(0, 1000, "m")] = 0.0
+    file: Annotated[str, Text(4096, example='"zone.png"', otherwise="none")] = ""
+    by: Annotated[str, Text(example='"robots"')] = ROBOTS
+    stays: bool = False
+    is_on: bool = False
+    energy: Flow = 0.0
+    store: Annotated[float, Number(0, 1000, example="2", otherwise="no limit")] | None = None
+    refill: Annotated[float, Number(0, 100, "1/s")] = 0.0
+    score: Points = 0.0
+    rate: Flow = 0.0
+    colour: Painted = ZONE_COLOUR
+
+    def __post_init__(self) -> None:
+        check(self, "the zone's ")
+        shapes = [bool(self.radius), bool(self.width), bool(self.points)]
+        if sum(shapes) > 1:
+            raise Mistake("is of two shapes", path=("name",), hint="give it a radius, a size or points, one of them")
+        if any(shapes[:2]) != (self.x is not None) or (self.file and not self.width):
+            raise Mistake(
+                "is missing a part of its shape",
+                path=("name",),
+                hint="a disc has position and radius, a rectangle position and size, a picture a file too",
+            )
+        if self.points and not self.band and len(self.points) < 3:
+            raise Mistake("has too few corners", path=("points",), hint="give three, or the width of a stripe: band")
+
+    @property
+    def outline(self) -> tuple[Point, ...]:
+        """The corners of its shape, m, in order around it; of a picture, those of the picture."""
+        x, y = self.x or 0.0, self.y or 0.0
+        if self.radius:
+            turns = (unit(math.tau * k / ROUND) for k in range(ROUND))
+            return tuple((x + self.radius * cosine, y + self.radius * sine) for cosine, sine in turns)
+        if self.width and self.depth:
+            u, v = self.width / 2, self.depth / 2
+            return (x - u, y - v), (x + u, y - v), (x + u, y + v), (x - u, y + v)
+        return _banked(self.points, self.band / 2) if self.band else self.points
+
+
+def _banked(points: tuple[Point, ...], half: float) -> tuple[Point, ...]:
+    """Return the outline of a stripe with cut ends: along its left bank, and back along the right one."""
+    ways = [(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(points) if a != b] or [(1.0, 0.0)]
+    ways = [(u / math.hypot(u, v), v / math.hypot(u, v)) for u, v in ways]
+    kept = [points[0], *(b for a, b in pairwise(points) if a != b)]
+    left, right = [], []
+    for (x, y), (u1, v1), (u2, v2) in zip(kept, [ways[0], *ways], [*ways, ways[-1]], strict=False):
+        # Where two stretches meet, both sides are as far out as the half turn needs, but no corner is a thorn.
+        far = half / max(0.5, 1 + u1 * u2 + v1 * v2)
+        left.append((x - far * (v1 + v2), y + far * (u1 + u2)))
+        right.append((x + far * (v1 + v2), y - far * (u1 + u2)))
+    return (*left, *reversed(right))
+
+
+@dataclass(frozen=True, slots=True)
+class Energy:
+    """What robots use of their energy, of which the whole is 1. A robot without energy stands.
+
+    Attributes:
+        idle: What a robot uses whether or not it drives, 1/s, 0..100.
+        start: What it begins with, 0..1.
+        driving: What it uses for each metre that its wheels roll, 1/m, 0..100.
+    """
+
+    idle: Annotated[float, Number(0, 100, "1/s", example="0.01")]
+    start: Share = 1.0
+    driving: Annotated[float, Number(0, 100, "1/m")] = 0.0
+
+    def __post_init__(self) -> None:
+        check(self, "the energy's ")

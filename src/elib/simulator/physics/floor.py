@@ -10,7 +10,7 @@ import math
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -74,9 +74,7 @@ def floor_of(scene: Scene) -> Floor:
         return Floor(packed(scene.floor))
     prints = (Path(paint.file) for paint in scene.paint if isinstance(paint, Print))
     written = tuple(path.stat().st_mtime_ns if path.exists() else 0 for path in prints)
-    return _painted(
-        replace(scene, walls=(), boxes=(), cylinders=(), polygons=(), starts=(), lights=(), sounds=()), written
-    )
+    return _painted(Scene(scene.width, scene.depth, floor=scene.floor, paint=scene.paint), written)
 
 
 @lru_cache(maxsize=8)

@@ -114,6 +114,7 @@ Mass = Annotated[float, Number(0.001, 100, "kg")]
 Friction = Annotated[float, Number(0, 2, example="0.02")]
 Name = Annotated[str, Text(example='"ball"', otherwise="none")]
 Painted = Annotated[Colour, ColourRule(example='"#d04030"')]
+Switch = Annotated[str, Text(example='"plate"', otherwise="none")]
 Face = Annotated[str, FaceRule(FACES, example='"tag:7"', otherwise="nothing")]
 
 
@@ -203,6 +204,10 @@ class Box:
             that rolls has about 0.02.
         name: To find it by; no two things of a world share one. Empty for none.
         face: What each of its four sides shows to cameras, as that of a wall.
+        switch: The zone that opens it: it is a door then, which is closed where it stands. Empty for none.
+        slide: How far an open door is from where it is closed, along x and y, m, -10..10.
+        swing: How far it opens about its left end, rad, -3..3.
+        takes: How long it takes to open or to close, s, 0.1..60. A door waits for what is in its way.
     """
 
     x: Place
@@ -218,9 +223,24 @@ class Box:
     friction: Friction = OBJECT_FRICTION
     name: Name = ""
     face: Face = ""
+    switch: Switch = ""
+    slide: Annotated[tuple[float, float], Several(Number(-10, 10, "m"), 2, example="[0.2, 0.0]")] = (0.0, 0.0)
+    swing: Annotated[float, Number(-3, 3, "rad")] = 0.0
+    takes: Annotated[float, Number(0.1, 60, "s")] = 1.0
 
     def __post_init__(self) -> None:
         check(self, "the box's ")
+        if self.switch and (self.is_pushable or (self.slide == (0.0, 0.0) and not self.swing)):
+            raise Mistake(
+                "makes it a door, which has a slide or a swing and cannot be pushed",
+                path=("switch",),
+                hint="write slide = [0.2, 0.0] or swing = 90, and leave out pushable",
+            )
+
+    @property
+    def can_move(self) -> bool:
+        """Whether it gives way to a robot, or is a door."""
+        return self.is_pushable or bool(self.switch)
 
     def distance(self, x: float, y: float) -> float:
         """Return how far the point (x, y) is from its surface, m; below 0 inside."""
@@ -272,6 +292,12 @@ class Cylinder:
         friction: Force over weight at which it begins to slide or roll, 0..2; matters only if it can be pushed. A ball
             that rolls has about 0.02.
         name: To find it by; no two things of a world share one. Empty for none.
+        collect: The zone that collects it, or `robots` if a robot does that touches it: it is a puck then. Empty for
+            none.
+        score: Points of the robot that collects it, or of the one that is nearest then, -1000..1000.
+        energy: What that robot gets of its whole energy, -1..1.
+        respawn: The zone in which it comes back, at a place that the seed draws. Empty if it is gone for good.
+        after: How long it is gone, s, 0..3600.
     """
 
     x: Place
@@ -284,9 +310,21 @@ class Cylinder:
     mass: Mass = OBJECT_MASS
     friction: Friction = OBJECT_FRICTION
     name: Name = ""
+    collect: Switch = ""
+    score: Annotated[float, Number(-1000, 1000)] = 1.0
+    energy: Annotated[float, Number(-1, 1)] = 0.0
+    respawn: Switch = ""
+    after: Annotated[float, Number(0, 3600, "s")] = 0.0
 
     def __post_init__(self) -> None:
         check(self, "the cylinder's ")
+        if self.collect and not self.is_pushable:
+            raise Mistake("makes it a puck, which can be pushed", path=("collect",), hint="write pushable = true")
+
+    @property
+    def can_move(self) -> bool:
+        """Whether it gives way to a robot."""
+        return self.is_pushable
 
     def distance(self, x: float, y: float) -> float:
         """Return how far the point (x, y) is from its surface, m; below 0 inside."""

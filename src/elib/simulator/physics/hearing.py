@@ -38,7 +38,7 @@ def waveform(state: State, i: int, numbers: NDArray[np.int64]) -> NDArray[np.flo
     robot, times = world.robots[i], numbers / MICROPHONE_RATE
     total = microphones.FLOOR / 2 * world.setting[0].sensor_noise * _noise(robot.key, 0, numbers)
     now = world.setting[0].tick * world.setting[0].step
-    sources: list[tuple[Any, float, float]] = [(each, each.every, each.lasts) for each in state.sounds]
+    sources: list[tuple[Any, float, float]] = [(a, a.every, a.lasts) for a in state.switched(state.sounds)]
     sources += [(each, 0.0, 0.0) for each in world.robots if now < each.silent_from]
     for number, (source, every, lasts) in enumerate(sources, 1):
         if source.volume <= 0.0:

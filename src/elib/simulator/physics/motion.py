@@ -78,6 +78,8 @@ def move(world: Records) -> None:
             continue
         robot.left_steps += left * STEPS_PER_METRE
         robot.right_steps += right * STEPS_PER_METRE
+        if robot.energy == 0.0:
+            continue
         if noise > 0.0:
             word = mix((tick_key(robot.key, setting.tick) + MOTOR * STRIDE) & MASK)
             left *= 1.0 + noise * tables.quantiles[word & 1023]

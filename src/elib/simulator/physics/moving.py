@@ -81,6 +81,9 @@ class Mover:
         new = replace(state.boxes[index], x=pose.x, y=pose.y, angle=pose.heading)
         self._require_room(_called("box", index, new), new)
         state.boxes[index] = new
+        if new.switch:  # it is closed where it was put, and opens from there
+            state.put_door(index)
+            return
         self._put(state.solids.box_things[index], pose)
 
     def cylinder(self, index: int, x: float, y: float) -> None:

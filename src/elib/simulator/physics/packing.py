@@ -7,8 +7,9 @@ Interpreted, there is a list of worlds instead. On either engine :func:`world_at
 from __future__ import annotations
 
 import copy
+from collections import namedtuple
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from elib.simulator.physics.engine import Engine, compiled_as, kernel
 from elib.simulator.physics.records import Records, SensorView
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 (SETTING, TABLES, ROBOTS, VIEWS, WALLS, DISCS, THINGS, LAMPS, TONES, FANS, RESPONSE, FLOOR) = range(12)
-(CELLS, HEADS, LISTINGS, LISTS, VISIBLE_WALLS, VISIBLE_DISCS, SCRATCH) = range(12, len(Records._fields))
+(CELLS, HEADS, LISTINGS, LISTS, VISIBLE_WALLS, VISIBLE_DISCS, SCRATCH) = range(12, 19)
+(ZONES, STATES) = range(19, len(Records._fields))
 """The kinds of records, by the order of the fields of Records."""
 
 SHARED: Final = ("tables", "cells", "lamps", "tones", "fans", "response", "floor")
@@ -32,31 +34,15 @@ TEMPORARY: Final = ("visible_walls", "visible_discs", "scratch")
 """
 
 
-class Packed(NamedTuple):
-    """The records of many worlds, each kind in one array, and where those of each world are."""
+if TYPE_CHECKING:
+    Packed: TypeAlias = Any
+else:
+    Packed = namedtuple("Packed", (*Records._fields, "first", "end", "is_shared"))  # noqa: PYI024  # its fields follow
+"""The records of many worlds, each kind in one array, and where those of each world are.
 
-    setting: Any
-    tables: Any
-    robots: Any
-    views: Any
-    walls: Any
-    discs: Any
-    things: Any
-    lamps: Any
-    tones: Any
-    fans: Any
-    response: Any
-    floor: Any
-    cells: Any
-    heads: Any
-    listings: Any
-    lists: Any
-    visible_walls: Any
-    visible_discs: Any
-    scratch: Any
-    first: Any  # (worlds, kinds): where those of a world begin, in the order of the fields of Records.
-    end: Any  # (worlds, kinds): where they end.
-    is_shared: Any  # (kinds,): whether the worlds of one scene share those of this kind.
+``first`` and ``end`` have a row for each world and a column for each kind, in the order of the fields of Records: where
+those of a world begin and end. ``is_shared`` tells of each kind whether the worlds of one scene share those.
+"""
 
 
 class Listed(list[Records]):
@@ -93,6 +79,8 @@ def packed_world(worlds: Packed, w: int) -> Records:
         worlds.visible_walls[a[VISIBLE_WALLS] : b[VISIBLE_WALLS]],
         worlds.visible_discs[a[VISIBLE_DISCS] : b[VISIBLE_DISCS]],
         worlds.scratch[a[SCRATCH] : b[SCRATCH]],
+        worlds.zones[a[ZONES] : b[ZONES]],
+        worlds.states[a[STATES] : b[STATES]],
     )
 
 
@@ -119,6 +107,8 @@ def packed_restore(worlds: Packed, originals: Packed, w: int, scene: int) -> Non
     copied(worlds.heads, at[HEADS], originals.heads, a[HEADS], b[HEADS])
     copied(worlds.listings, at[LISTINGS], originals.listings, a[LISTINGS], b[LISTINGS])
     copied(worlds.lists, at[LISTS], originals.lists, a[LISTS], b[LISTS])
+    copied(worlds.zones, at[ZONES], originals.zones, a[ZONES], b[ZONES])
+    copied(worlds.states, at[STATES], originals.states, a[STATES], b[STATES])
     for k in range(len(at)):
         if worlds.is_shared[k]:
             worlds.first[w][k] = a[k]

@@ -241,6 +241,8 @@ def leave_obstacles(world: Records, k: int, iteration: int) -> bool:
         is_due = other > k or (iteration > 1 and 0 <= other < k)
         if is_due and part(thing, world.things[other]):
             has_moved = True
+    if thing.switch >= 0:  # A door may slide into what is fixed, and out of the arena.
+        return has_moved
     cell = world.cells[fixed_cell(world.setting[0], thing.x, thing.y)]
     for m in range(cell.first_disc, cell.end_disc):
         disc = world.discs[world.lists[m]]
@@ -311,11 +313,11 @@ def push_apart(one: Thing, other: Thing, x: float, y: float, normal_x: float, no
 
 
 @kernel
-def part_boxes(one: Thing, other: Thing) -> bool:
-    """Push two boxes apart along the shortest way out; return whether they overlapped.
+def shortest_way(one: Thing, other: Thing) -> tuple[float, int]:
+    """Return by how much two boxes overlap along the shortest way out, m, below 0 if they are apart, and its axis.
 
     Boxes overlap if they do so along each of their four axes, and least along the shortest way out (separating axis
-    theorem). Corners that are each pushed out of the nearest side would push against each other.
+    theorem).
     """
     best = 1e9
     best_axis = 0
@@ -324,10 +326,22 @@ def part_boxes(one: Thing, other: Thing) -> bool:
         between = (other.x - one.x) * axis_x + (other.y - one.y) * axis_y
         overlap = extent(one, axis_x, axis_y) + extent(other, axis_x, axis_y) - abs(between)
         if overlap <= TOLERANCE:
-            return False
+            return -1.0, axis
         if overlap < best:
             best = overlap
             best_axis = axis
+    return best, best_axis
+
+
+@kernel
+def part_boxes(one: Thing, other: Thing) -> bool:
+    """Push two boxes apart along the shortest way out; return whether they overlapped.
+
+    Corners that are each pushed out of the nearest side would push against each other.
+    """
+    best, best_axis = shortest_way(one, other)
+    if best < 0.0:
+        return False
     owner = one if best_axis < 2 else other
     guest = other if best_axis < 2 else one
     normal_x, normal_y = axis_of(owner, best_axis % 2)

@@ -88,6 +88,12 @@ class Robot:
     gain: list[float] = floats(8)  # Of its infrared sensors, factors.
     offset: list[float] = floats(8)  # What they read in the open, counts.
     darkness: list[float] = floats(8)  # What they read with their emitters off, over what others read.
+    energy: float = 1.0  # What is left of it, 0..1; a robot without any stands.
+    full: float = 1.0  # What it begins with.
+    was_told: int = 0  # 1 if it became empty, and has not recovered.
+    score: float = 0.0  # Points that it earned.
+    zones: int = 0  # In which it is: a bit for each.
+    pen: int = -1  # The colour in which it draws; -1 for none.
     black: list[float] = floats(5)  # What its ground sensors read over black, counts.
     white: list[float] = floats(5)  # The same over white.
     defect: list[float] = floats(4 * MAX_DEFECTS)  # Of each: a bit for each number, factor, shift and noise.
@@ -179,6 +185,24 @@ class Thing:
     hold: float = 0.0  # What friction can still take of the pushes of this tick, kg m.
     first: int = 0  # Index of its first side among the walls, or of its disc.
     moved: int = 0  # 1 if a contact moved it since the solver last looked at it in this tick.
+    switch: int = -1  # Number of the zone that opens it; -1 for none.
+    open: float = 0.0  # How far it is open, 0..1.
+    pace: float = 0.0  # What it opens in a second.
+    hinge_x: float = 0.0  # The end about which it swings, or its centre, while it is closed, m.
+    hinge_y: float = 0.0
+    arm: float = 0.0  # From there to its centre, m.
+    slide_x: float = 0.0  # How far it slides, m.
+    slide_y: float = 0.0
+    closed_x: float = 1.0  # Its heading while it is closed.
+    closed_y: float = 0.0
+    open_x: float = 1.0  # The same while it is open.
+    open_y: float = 0.0
+    collect: int = -1  # Number of the zone that collects it, -2 for robots; -1 for none.
+    score: float = 0.0  # Points for that.
+    gift: float = 0.0  # Energy for that.
+    respawn: int = -1  # Number of the zone in which it comes back; -1 if it does not.
+    after: float = 0.0  # When, s.
+    back: int = -1  # Tick from which on it may come back; -1 while it is there.
 
 
 @dataclass(slots=True, eq=False)
@@ -215,6 +239,28 @@ class Lamp:
     y: float = 0.0
     height: float = 0.0  # Above the floor, m.
     intensity: float = 0.0  # How far it reaches: at half this many metres its light has fallen to 1/e.
+    switch: int = -1  # Number of the zone that switches it; -1 if it always shines.
+
+
+@dataclass(slots=True, eq=False)
+class ZoneState:
+    """What is known of a zone."""
+
+    is_on: int = 0  # 1 while it is switched on.
+    hand: int = 0  # 1 or -1 if a program has switched it on or off, whatever is in it.
+    count: int = 0  # Robots in it.
+    key: int = -2  # What switches it on: number of a thing; -2 for robots; -1 for a thing that is gone.
+    stays: int = 0  # 1 if it stays on when that has left.
+    store: float = inf  # Energy that it can still give.
+    full: float = inf  # What it began with.
+    refill: float = 0.0  # What comes back, 1/s.
+    energy: float = 0.0  # What it gives each robot, 1/s.
+    score: float = 0.0  # Points for coming in.
+    rate: float = 0.0  # Points for being in it, 1/s.
+    left: float = 0.0  # From where to where it reaches, m.
+    right: float = 0.0
+    low: float = 0.0
+    high: float = 0.0
 
 
 @dataclass(slots=True, eq=False)
@@ -226,6 +272,7 @@ class Tone:
     volume: float = 0.0  # Counts at 0.1 m.
     every: float = 0.0  # It begins again after so many s; 0 if it is steady.
     lasts: float = 0.0  # How long it then sounds, s.
+    switch: int = -1  # Number of the zone that switches it; -1 if it always sounds.
 
 
 @dataclass(slots=True, eq=False)
@@ -331,6 +378,16 @@ class Setting:
     floor_columns: int = 0  # Of the floor's picture; 0 if nothing is painted.
     floor_rows: int = 0
     floor_scale: float = 0.0  # Pixels a metre.
+    has_states: int = 0  # 1 if anything has a state (elib.simulator.physics.zones).
+    has_energy: int = 0  # 1 if robots use energy.
+    has_pens: int = 0  # 1 if a robot has a pen.
+    idle: float = 0.0  # What they use of it, 1/s.
+    driving: float = 0.0  # The same for each metre that their wheels roll, 1/m.
+    key: int = 0  # Of what is drawn for the world as a whole.
+    first_area: int = 0  # Where in floor the map of zones begins.
+    map_columns: int = 0  # Of that map.
+    map_rows: int = 0
+    map_scale: float = 0.0  # Cells a metre.
 
 
 @dataclass(slots=True, eq=False)
@@ -358,7 +415,8 @@ class Records(NamedTuple):
     tones: Sequence[Tone]
     fans: Sequence[Fan]  # Those of each infrared sensor, then two of the time-of-flight sensor.
     response: Sequence[Response]
-    floor: Sequence[int]  # Pixels row by row from y = 0, colours; HOLE_MARK is added for a hole.
+    floor: Sequence[int]  # Pixels row by row from y = 0, colours; HOLE_MARK is added for a hole. Then the map of zones,
+    # row by row from y = 0: a bit for each zone.
     cells: Sequence[Cell]  # Row by row from y = 0.
     heads: MutableSequence[int]  # For each cell of the hash the first robot or thing in it, or -1.
     listings: Sequence[Listing]  # Of each robot, then of each thing: in this order they are numbered as neighbours.
@@ -366,6 +424,9 @@ class Records(NamedTuple):
     visible_walls: Sequence[Segment]  # Room for what a robot may see: turned so that it stands to the left of each.
     visible_discs: Sequence[Disc]
     scratch: Sequence[Scratch]  # One a lane.
+    zones: Sequence[ZoneState]
+    states: MutableSequence[int]  # How many events there were, and four numbers for each of the last ones; then what
+    # pens drew, for each cell of the map of zones: colour + 1, or 0.
 
 
 class Shown(NamedTuple):

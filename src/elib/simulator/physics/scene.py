@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import importlib
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Annotated
 
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
-from elib.base.rules import SEED, Number, Seed, check
+from elib.base.rules import SEED, Mistake, Number, Seed, check, nearest
 from elib.base.tables import MAX_TABLES
 from elib.simulator.physics.body import RADIUS, EpuckModel
-from elib.simulator.physics.fittings import FLOOR_COLOUR, Light, Paint, Sound
-from elib.simulator.physics.geometry import MAX_ARENA, Box, Cylinder, Painted, Polygon, Wall
+from elib.simulator.physics.fittings import FLOOR_COLOUR, ROBOTS, Energy, Light, Paint, Sound, Zone
+from elib.simulator.physics.geometry import MAX_ARENA, Box, Colour, Cylinder, Painted, Polygon, Wall
 
 STEP = 1 / 64
 """Default tick, s: exact in binary, and the rate at which an e-puck1 refreshes its infrared sensors."""
@@ -58,6 +59,10 @@ class Scene:
         paint: What is painted on it, the first one lowest.
         firmware: The firmware of the first robots; "" where the world does not say.
         polygons: Fixed blocks of other outlines.
+        zones: Parts of the floor that know what is in them.
+        energy: What robots use; None if they never tire.
+        energies: What the first robots begin with; None where that is what the energy says.
+        pens: The colours in which the first robots draw where they drive; None for no pen.
     """
 
     width: Size
@@ -76,9 +81,14 @@ class Scene:
     paint: tuple[Paint, ...] = ()
     firmware: tuple[str, ...] = ()
     polygons: tuple[Polygon, ...] = ()
+    zones: tuple[Zone, ...] = ()
+    energy: Energy | None = None
+    energies: tuple[float | None, ...] = ()
+    pens: tuple[Colour | None, ...] = ()
 
     def __post_init__(self) -> None:
         check(self, "the world's ")
+        check_switches(self.zones, self.boxes, self.cylinders, self.lights, self.sounds)
         things = {what: getattr(self, what) for what in ("walls", "boxes", "cylinders", "lights", "sounds", "paint")}
         for what, found in (things | {"walls": self.fixed_walls}).items():
             count = len(found)
@@ -109,6 +119,11 @@ class Scene:
         corners = ((0.0, 0.0), (self.width, 0.0), (self.width, self.depth), (0.0, self.depth))
         return tuple(Wall(*corners[i], *corners[(i + 1) % 4]) for i in range(4))
 
+    def zone_number(self, name: str) -> int:
+        """Return the number of a zone; -2 for robots in its place, and -1 for no name."""
+        found = [zone.name for zone in self.zones]
+        return found.index(name) if name in found else -2 if name == ROBOTS else -1
+
     @property
     def surfaces(self) -> tuple[Wall, ...]:
         """Every flat surface inside the arena: walls, sides of polygons, then those of boxes."""
@@ -124,6 +139,42 @@ class Scene:
 def _sides(polygons: tuple[Polygon, ...]) -> tuple[Wall, ...]:
     """Return the sides of polygons; every picture of a world asks for them."""
     return tuple(side for polygon in polygons for side in polygon.sides)
+
+
+MAX_ZONES = 30
+"""A bit of a whole number for each."""
+
+
+def check_switches(
+    zones: Sequence[Zone],
+    boxes: Sequence[Box],
+    cylinders: Sequence[Cylinder],
+    lights: Sequence[Light],
+    sounds: Sequence[Sound],
+) -> None:
+    """Raise Mistake, with the path of the key in a world's file, unless all zones and things that are named are there.
+
+    Raises:
+        Mistake: One is not.
+    """
+    if len(zones) > MAX_ZONES:
+        raise Mistake("is one too many", path=("zone", MAX_ZONES), hint=f"at most {MAX_ZONES} are possible")
+    names, areas = [zone.name for zone in zones], [zone.name for zone in zones if zone.outline]
+    solids: list[Box | Cylinder] = [*boxes, *cylinders]
+    keys = [ROBOTS, *(each.name for each in solids if each.is_pushable and each.name)]
+    kinds: list[tuple[str, Sequence[Box | Light | Sound]]] = [("box", boxes), ("light", lights), ("sound", sounds)]
+    asked = [(kind, k, "switch", each.switch, names) for kind, found in kinds for k, each in enumerate(found)]
+    asked += [("cylinder", k, "collect", each.collect, [ROBOTS, *names]) for k, each in enumerate(cylinders)]
+    asked += [("cylinder", k, "respawn", each.respawn, areas) for k, each in enumerate(cylinders)]
+    asked += [("zone", k, "by", zone.by, keys) for k, zone in enumerate(zones)]
+    asked += [("zone", k, "name", zone.name, []) for k, zone in enumerate(zones) if names.index(zone.name) < k]
+    for kind, k, key, name, there in asked:
+        if name and name not in there:
+            what = "is the name of another one" if key == "name" else "is no thing that can be pushed"
+            if key in ("switch", "collect", "respawn"):
+                what = "is no zone with a shape" if key == "respawn" else "is no zone of this world"
+            hint = "give it another name" if key == "name" else nearest(name, there)
+            raise Mistake(f'is "{name}", which {what}', path=(kind, k, key), hint=hint)
 
 
 def check_scene(scene: object, taker: str) -> Scene:

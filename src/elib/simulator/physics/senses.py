@@ -113,6 +113,9 @@ class Senses:
         parts: list[Any] = [
             made(*(column(kind, rows, name) for name in cast("Any", made)._fields)) for made, kind, rows in kinds
         ]
+        if any(lamp.switch >= 0 for lamp in world.lamps):
+            is_lit = [lamp.switch < 0 or bool(world.zones[lamp.switch].is_on) for lamp in world.lamps]
+            parts[3] = LampArrays(*(part[is_lit] for part in parts[3]))
         setting = world.setting[0]
         spread = float(setting.spread)
         ambient, tick, noise = float(setting.ambient), int(setting.tick), float(setting.sensor_noise)

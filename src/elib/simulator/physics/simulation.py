@@ -16,6 +16,7 @@ from elib.simulator.physics.neighbours import is_stale, list_near
 from elib.simulator.physics.pushing import finish_things, start_things
 from elib.simulator.physics.records import Records, SensorView
 from elib.simulator.physics.sensors import sense
+from elib.simulator.physics.zones import act
 
 Law: TypeAlias = Any
 """A control function as kernels call it (:func:`law_of`)."""
@@ -32,6 +33,8 @@ def advance(world: Records, ticks: int) -> None:
         if len(world.things) > 0:
             finish_things(world)
         world.setting[0].tick += 1
+        if world.setting[0].has_states:
+            act(world)
         if is_stale(world):
             list_near(world)
 

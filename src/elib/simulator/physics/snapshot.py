@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from elib.base.pose import Pose
 from elib.simulator.physics.body import RADIUS
-from elib.simulator.physics.fittings import FLOOR_COLOUR, Light, Sound
+from elib.simulator.physics.fittings import FLOOR_COLOUR, Light, Sound, Zone
 from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Colour, Cylinder, Wall
 
@@ -27,6 +27,26 @@ class Lamps:
     ring: tuple[Colour, ...] = (DARK,) * 8
     body: bool = False
     front: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened to a zone or a thing of a world, or to a robot.
+
+    Attributes:
+        number: How many happened before it.
+        time: When, s since the start.
+        kind: `enter`, `leave`: a robot and a zone; `on`, `off`: a zone; `open`, `closed`: a door; `collect`: a puck,
+            and the robot that gets its points; `respawn`: a puck; `empty`: a robot without energy.
+        what: Name of the zone or thing; a thing without a name is its kind and index, such as `cylinder 2`.
+        robot: The robot, from 0; None if it is about none.
+    """
+
+    number: int
+    time: float
+    kind: str
+    what: str
+    robot: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +76,8 @@ class RobotView:
         touching: Whether it is in contact with something.
         lamps: What it shows.
         beams: Its infrared sensors, if they were asked for.
+        energy: What is left of its energy, 0..1.
+        score: Points that it earned.
     """
 
     pose: Pose
@@ -63,6 +85,8 @@ class RobotView:
     touching: bool = False
     lamps: Lamps = Lamps()
     beams: tuple[Beam, ...] = ()
+    energy: float = 1.0
+    score: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +106,7 @@ class Snapshot:
         lights: Lamps as they are now.
         sounds: Sources of sound as they are now.
         floor: What is painted on the floor.
+        zones: As they are now: switched on or not, and with what is left to give.
     """
 
     name: str
@@ -96,6 +121,7 @@ class Snapshot:
     lights: tuple[Light, ...] = ()
     sounds: tuple[Sound, ...] = ()
     floor: Floor = BARE
+    zones: tuple[Zone, ...] = ()
 
     def _repr_svg_(self) -> str:
         """Show the world in a notebook."""

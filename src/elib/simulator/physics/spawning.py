@@ -31,6 +31,7 @@ def spawn(world: Records, starts: Sequence[Sequence[float]], seed_key: int) -> N
     """
     setting = world.setting[0]
     setting.tick = 0
+    setting.key = seed_key
     for i in range(len(world.robots)):
         robot = world.robots[i]
         stand(robot, starts[i][0], starts[i][1], starts[i][2], starts[i][3])
@@ -45,6 +46,10 @@ def spawn(world: Records, starts: Sequence[Sequence[float]], seed_key: int) -> N
         robot.silent_from = FOREVER
         robot.frequency = 0.0
         robot.touched = -1
+        robot.energy = robot.full
+        robot.was_told = 0
+        robot.score = 0.0
+        robot.zones = 0
         robot.digest = 0
         robot.seen = -1
         robot.defects = 0

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar, cast
 
 from elib.base.pose import Pose
 from elib.simulator.physics import assembly, profiles, records
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.engine import Engine, engine_named
-from elib.simulator.physics.fittings import Light, Sound
-from elib.simulator.physics.floor import Floor
+from elib.simulator.physics.fittings import ROBOTS, Light, Sound
+from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Cylinder, Wall, unit
 from elib.simulator.physics.motion import STEPS_PER_METRE
 from elib.simulator.physics.neighbours import list_near
@@ -23,10 +24,15 @@ from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.sensors.proximity import forget
 from elib.simulator.physics.simulation import advance
 from elib.simulator.physics.spawning import spawn, stand
+from elib.simulator.physics.zones import FIRST_INK, Areas, areas_of, zone_state
 
 PLACE = "x", "y", "heading_x", "heading_y"
 """Where a robot or a thing stands, to the last bit, which an angle does not keep."""
-MOTION = *PLACE, "speed_x", "speed_y", "spin"
+MOTION = *PLACE, "speed_x", "speed_y", "spin", "open", "back"
+ZONE = "is_on", "hand", "count", "store"
+LIFE = "energy", "was_told", "score", "zones", "pen"
+"""What a zone and a robot are in at a moment."""
+_Lit = TypeVar("_Lit", Light, Sound)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +48,9 @@ class Moment:
         sounds: Sources of sound.
         ambient: The room's light, counts.
         robots: Where each robot stood.
-        things: Where each pushable thing was, and how it moved.
+        things: Where each thing that can move was, and how it moved.
+        zones: The state of each zone.
+        lives: Energy, score, zones and pen of each robot.
     """
 
     time: float
@@ -54,6 +62,8 @@ class Moment:
     ambient: float
     robots: list[tuple[float, ...]]
     things: list[tuple[float, ...]]
+    zones: list[tuple[float, ...]]
+    lives: list[tuple[float, ...]]
 
 
 class State:
@@ -64,6 +74,7 @@ class State:
         engine: How its kernels run.
         lanes: Into how many blocks its robots are divided; those of different blocks can be sensed at the same time.
         floor: What is painted on the floor.
+        areas: The map of the zones.
         world: All records.
         boxes: As they were laid out; pushable ones have moved since.
         cylinders: The same.
@@ -79,6 +90,7 @@ class State:
         self, scene: Scene, starts: Sequence[Pose], seed: int, engine: Engine, floor: Floor, *, lanes: int = 1
     ) -> None:
         self.scene, self.engine, self.floor, self.lanes = scene, engine, floor, lanes
+        self.areas = areas_of(scene)
         count = len(starts)
         self.boxes, self.cylinders = list(scene.boxes), list(scene.cylinders)
         self.lights, self.sounds = list(scene.lights), list(scene.sounds)
@@ -86,10 +98,12 @@ class State:
             robots=engine.blank(records.Robot, count),
             views=engine.blank(records.SensorView, count),
             scratch=engine.blank(records.Scratch, lanes),
-            **_tables(engine.name, scene.model, floor),
+            **_tables(engine.name, scene.model, floor, self.areas),
             **self._solid_rows(count),
             lamps=engine.blank(records.Lamp, 0),
             tones=engine.blank(records.Tone, 0),
+            zones=engine.blank(records.ZoneState, 0),
+            states=engine.ints([]),
         )
         for lane in range(lanes):
             for i in range(lane * count // lanes, (lane + 1) * count // lanes):
@@ -98,10 +112,34 @@ class State:
         self.spawn(starts, seed)
 
     def spawn(self, starts: Sequence[Pose], seed: int) -> None:
-        """Put every robot to its start, and the noise to its beginning."""
+        """Put every robot to its start, and the noise and all states to their beginning."""
+        scene, engine = self.scene, self.engine
+        self.world = self.world._replace(
+            zones=engine.records(records.ZoneState, [zone_state(zone) for zone in scene.zones]),
+            states=engine.ints([], self._room_for_states()),
+        )
+        self._find_keys()
+        energies = scene.energies + (None,) * len(starts)
+        pens = scene.pens + (None,) * len(starts)
+        whole = scene.energy.start if scene.energy else 1.0
+        for robot, energy, pen in zip(self.world.robots, energies, pens, strict=False):
+            robot.full = whole if energy is None else energy
+            robot.pen = -1 if pen is None else packed(pen)
         table = self.engine.table([(pose.x, pose.y, *unit(pose.heading)) for pose in starts] or [[0.0] * 4])
         self.engine.ready(spawn)(self.world, table, seed_key(seed))
         self.list_near()
+
+    def _room_for_states(self) -> int:
+        setting = self.world.setting[0]
+        return (FIRST_INK + setting.has_pens * len(self.areas.cells)) if setting.has_states else 0
+
+    def _find_keys(self) -> None:
+        """Tell each zone which thing switches it."""
+        things: list[Box | Cylinder] = [*self.scene.boxes, *self.scene.cylinders]
+        places = [*self.solids.box_things, *self.solids.cylinder_things]
+        numbers = {ROBOTS: -2} | {thing.name: k for thing, k in zip(things, places, strict=True) if thing.name}
+        for zone, state in zip(self.scene.zones, self.world.zones, strict=True):
+            state.key = numbers.get(zone.by, -1)
 
     def reset(self, starts: Sequence[Pose], seed: int) -> None:
         """Go back to the beginning with other starts and another seed."""
@@ -123,14 +161,22 @@ class State:
         for box, k in zip(self.boxes, self.solids.box_things, strict=True):
             if k >= 0:
                 first = int(world.things[k].first)
-                _overwrite(world.things[k], assembly.thing_record(box, first))
-                for n, side in enumerate(box.sides, first):
+                _overwrite(world.things[k], assembly.thing_record(box, self.scene, first))
+                for n, side in enumerate(assembly.moved_box(box, world.things[k]).sides, first):
                     _overwrite(world.walls[n], assembly.wall_record(side))
         for cylinder, k in zip(self.cylinders, self.solids.cylinder_things, strict=True):
             if k >= 0:
                 first = int(world.things[k].first)
-                _overwrite(world.things[k], assembly.thing_record(cylinder, first))
+                _overwrite(world.things[k], assembly.thing_record(cylinder, self.scene, first))
                 _overwrite(world.discs[first], assembly.disc_record(cylinder))
+
+    def put_door(self, index: int) -> None:
+        """Put a door where its box is laid out now."""
+        k = self.solids.box_things[index]
+        first = int(self.world.things[k].first)
+        _overwrite(self.world.things[k], assembly.thing_record(self.boxes[index], self.scene, first))
+        follow(self.world, k)
+        self.list_near()
 
     def _solid_rows(self, count: int) -> dict[str, Any]:
         """Lay out everything solid; return the parts of the world that hold it."""
@@ -138,7 +184,7 @@ class State:
         self.solids = solids = assembly.Solids.of(self.scene, self.boxes, self.cylinders)
         profile = profiles.profile(self.scene.model.profile)
         grid = assembly.Grid(self.scene, solids, assembly.horizon_of(profile))
-        setting = assembly.setting(self.scene, self.floor, grid, profile, solids.largest)
+        setting = assembly.setting(self.scene, self.floor, self.areas, grid, profile, solids.largest)
         cells, lists = assembly.listed(grid)
         setting.first_all = len(lists)
         lists += range(count + len(solids.things))
@@ -176,6 +222,8 @@ class State:
             float(setting.ambient),
             [_values(robot, PLACE) for robot in world.robots],
             self._motions(),
+            [tuple(getattr(zone, name) for name in ZONE) for zone in world.zones],
+            [tuple(getattr(robot, name) for name in LIFE) for robot in world.robots],
         )
 
     def go_back(self, moment: Moment) -> None:
@@ -190,6 +238,10 @@ class State:
             robot.right_steps += robot.right_travel * STEPS_PER_METRE
             robot.left_travel = robot.right_travel = 0.0
         self._lay_out(moment.things)
+        for names, rows, then in ((ZONE, self.world.zones, moment.zones), (LIFE, self.world.robots, moment.lives)):
+            for row, values in zip(cast("Sequence[object]", rows), then, strict=True):
+                for name, value in zip(names, values, strict=True):
+                    setattr(row, name, value)
         self.world.setting[0].ambient = moment.ambient
         self.relight()
 
@@ -201,8 +253,9 @@ class State:
     def add_box(self, box: Box) -> None:
         """Put a box into the world, the last one of its scene."""
         things = self._motions()
-        if box.is_pushable:  # Boxes come before cylinders.
-            things.insert(sum(k >= 0 for k in self.solids.box_things), _values(assembly.thing_record(box), MOTION))
+        if box.can_move:  # Boxes come before cylinders.
+            made = assembly.thing_record(box, self.scene)
+            things.insert(sum(k >= 0 for k in self.solids.box_things), _values(made, MOTION))
         self._follow_things()
         self.boxes.append(box)
         self.scene = replace(self.scene, boxes=(*self.scene.boxes, box))
@@ -226,7 +279,7 @@ class State:
 
     def _follow_things(self) -> None:
         """Note where the things that can be pushed are now, before all are laid out again."""
-        self.boxes = [self.box(k) for k in range(len(self.boxes))]
+        self.boxes = [box if box.switch else self.box(k) for k, box in enumerate(self.boxes)]
         self.cylinders = [self.cylinder(k) for k in range(len(self.cylinders))]
 
     def _motions(self) -> list[tuple[float, ...]]:
@@ -237,17 +290,22 @@ class State:
         before = self.world
         self.world = before._replace(**self._solid_rows(len(before.robots)))
         setting = self.world.setting[0]
-        setting.tick, setting.ambient = before.setting[0].tick, before.setting[0].ambient
+        for name in ("tick", "ambient", "key"):
+            setattr(setting, name, getattr(before.setting[0], name))
+        self._find_keys()
         for k, motion in enumerate(things):
             for name, value in zip(MOTION, motion, strict=True):
-                setattr(self.world.things[k], name, value)
+                setattr(self.world.things[k], name, int(value) if name == "back" else value)
             follow(self.world, k)
         self.list_near()
 
     def relight(self) -> None:
         """Lay lights and sounds out again after one was changed."""
-        lamps = [records.Lamp(a.x, a.y, a.height, a.intensity) for a in self.lights if a.intensity > 0.0]
-        tones = [records.Tone(a.x, a.y, a.volume, a.every, a.lasts) for a in self.sounds if a.volume > 0.0]
+        of = self.scene.zone_number
+        lamps = [records.Lamp(a.x, a.y, a.height, a.intensity, of(a.switch)) for a in self.lights if a.intensity > 0.0]
+        tones = [
+            records.Tone(a.x, a.y, a.volume, a.every, a.lasts, of(a.switch)) for a in self.sounds if a.volume > 0.0
+        ]
         self.world = self.world._replace(
             lamps=self.engine.records(records.Lamp, lamps), tones=self.engine.records(records.Tone, tones)
         )
@@ -274,13 +332,38 @@ class State:
         cylinder = self.cylinders[index]
         return cylinder if thing < 0 else assembly.moved_cylinder(cylinder, self.world.things[thing])
 
+    def switched(self, things: Sequence[_Lit]) -> tuple[_Lit, ...]:
+        """Return lights or sounds as they are now: what is switched off neither shines nor sounds."""
+        off: dict[str, Any] = {"intensity": 0.0} if any(isinstance(each, Light) for each in things) else {"volume": 0.0}
+        return tuple(each if self.is_on(each.switch) else replace(each, **off) for each in things)
+
+    def is_on(self, zone: str) -> bool:
+        """Return whether the zone of this name is switched on; true for no name."""
+        return not zone or bool(self.world.zones[self.scene.zone_number(zone)].is_on)
+
+    def inked(self) -> Floor:
+        """Return the floor with what pens drew on it."""
+        floor, areas = self.floor, self.areas
+        drawn = [(cell, int(ink) - 1) for cell, ink in enumerate(self.world.states[FIRST_INK:]) if ink]
+        if not drawn:
+            return floor
+        if not floor.columns:
+            floor = Floor(floor.colour, areas.columns, areas.rows, areas.scale, (floor.colour,) * len(areas.cells))
+        pixels, finer = list(floor.pixels), floor.scale / areas.scale
+        for cell, colour in drawn:
+            row, column = divmod(cell, areas.columns)
+            for v in range(int(row * finer), min(math.ceil((row + 1) * finer), floor.rows)):
+                for u in range(int(column * finer), min(math.ceil((column + 1) * finer), floor.columns)):
+                    pixels[v * floor.columns + u] = colour
+        return replace(floor, pixels=tuple(pixels))
+
 
 def _values(record: object, names: tuple[str, ...]) -> tuple[float, ...]:
     return tuple(float(getattr(record, name)) for name in names)
 
 
 def _fixed(solids: Sequence[Box] | Sequence[Cylinder]) -> list[Box | Cylinder]:
-    return [solid for solid in solids if not solid.is_pushable]
+    return [solid for solid in solids if not solid.can_move]
 
 
 def _overwrite(record: object, new: Any) -> None:
@@ -290,8 +373,8 @@ def _overwrite(record: object, new: Any) -> None:
 
 
 @lru_cache(maxsize=8)
-def _tables(engine_name: str, model: EpuckModel, floor: Floor) -> dict[str, Any]:
-    """Return the tables that all worlds with the same sensors and floor share."""
+def _tables(engine_name: str, model: EpuckModel, floor: Floor, areas: Areas) -> dict[str, Any]:
+    """Return the tables that all worlds with the same sensors, floor and zones share."""
     engine = engine_named(engine_name)
     profile = profiles.profile(model.profile)
     responses = [records.Response(*pair) for pair in zip(profile.counts, profile.deviation, strict=True)]
@@ -299,5 +382,5 @@ def _tables(engine_name: str, model: EpuckModel, floor: Floor) -> dict[str, Any]
         "tables": engine.records(records.Tables, [assembly.tables(model.generation)]),
         "fans": engine.records(records.Fan, assembly.fans(model.rays, profile)),
         "response": engine.records(records.Response, responses),
-        "floor": engine.ints(floor.pixels or [0]),
+        "floor": engine.ints([*(floor.pixels or [0]), *areas.cells]),
     }

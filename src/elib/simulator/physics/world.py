@@ -17,14 +17,14 @@ from typing import Any
 from elib.base.body import METRES_PER_STEP, step_rate
 from elib.base.errors import ArgumentError, SimulationError
 from elib.base.pose import Pose
-from elib.base.rules import Number, Whole, is_number, rule_of, shown
+from elib.base.rules import Number, Whole, is_number, nearest, rule_of, shown
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.controller import Controller
 from elib.simulator.physics.defects import Defect, damage, pace
 from elib.simulator.physics.engine import INTERPRETED, EngineName, engine_named, not_compiled
 from elib.simulator.physics.fittings import Light, Sound
-from elib.simulator.physics.floor import floor_of
-from elib.simulator.physics.geometry import Box, Wall
+from elib.simulator.physics.floor import floor_of, packed
+from elib.simulator.physics.geometry import Box, Colour, Wall
 from elib.simulator.physics.motion import MAX_TRAVEL, STEPS_PER_METRE
 from elib.simulator.physics.moving import Mover
 from elib.simulator.physics.placement import places
@@ -467,6 +467,27 @@ class World(ReadableWorld):
         """Replace a source of sound, counted as in the scene."""
         self._state.sounds[checked(index, len(self._state.sounds), "sound")] = sound
         self._state.relight()
+
+    def switch(self, zone: str, is_on: bool | None) -> None:
+        """Switch a zone on or off from now on, whatever is in it; None leaves it to what is in it again.
+
+        Raises:
+            ArgumentError: There is no such zone.
+        """
+        names = [each.name for each in self.scene.zones]
+        if zone not in names:
+            raise ArgumentError(f"there is no zone {zone!r}", hint=nearest(zone, names))
+        self._state.world.zones[names.index(zone)].hand = 0 if is_on is None else 1 if is_on else -1
+
+    def set_pen(self, robot: int, colour: Colour | None) -> None:
+        """Let a robot draw where it drives, in a colour that its ground sensors see; None lifts its pen.
+
+        Raises:
+            ArgumentError: There is no such robot, or no robot of the scene has a pen.
+        """
+        if not self._state.world.setting[0].has_pens:
+            raise ArgumentError("no robot of this world has a pen", hint='give one a pen: [[robot]] pen = "#101010"')
+        self._robot(robot).pen = -1 if colour is None else packed(colour)
 
     def set_ambient(self, counts: float) -> None:
         """Set what an infrared sensor reads in the room's own light, 0..4095 counts, higher is darker."""

@@ -7,12 +7,15 @@ import math
 import operator
 import struct
 from collections.abc import Sequence
+from dataclasses import replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
-from elib.simulator.physics.floor import packed
+from elib.simulator.physics.fittings import Zone
+from elib.simulator.physics.floor import Floor, packed
+from elib.simulator.physics.geometry import Box, Colour, Cylinder
 from elib.simulator.physics.hearing import waveform
 from elib.simulator.physics.noise import tick_key
 from elib.simulator.physics.optics import CHIPS, broken_row
@@ -21,8 +24,9 @@ from elib.simulator.physics.records import Records, Robot, SensorView, Thing
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.senses import Senses
 from elib.simulator.physics.sensors.rotation import rocking
-from elib.simulator.physics.snapshot import Lamps, RobotView, Snapshot
+from elib.simulator.physics.snapshot import Event, Lamps, RobotView, Snapshot
 from elib.simulator.physics.state import State
+from elib.simulator.physics.zones import KEPT, KINDS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -254,9 +258,77 @@ class ReadableWorld:
         shown = [self._lamps.get(i, DARK) for i in range(self.robots)]
         return np.array([[*map(packed, lamps.ring), int(lamps.body), int(lamps.front)] for lamps in shown])
 
+    def laid_out(self) -> dict[str, Any]:
+        """Return what stands in the world as parts of a scene: doors closed, pucks that are away where they began."""
+        state, things = self._state, self._state.world.things
+        found = [(k, state.solids.cylinder_things[k], post) for k, post in enumerate(state.cylinders)]
+        gone = {k for k, thing, _ in found if thing >= 0 and things[thing].back >= 0}
+        return {
+            "boxes": tuple(box if box.switch else state.box(k) for k, box in enumerate(state.boxes)),
+            "cylinders": tuple(
+                post if k in gone else state.cylinder(k) for k, _, post in found if k not in gone or post.respawn
+            ),
+            "lights": tuple(state.lights),
+            "sounds": tuple(state.sounds),
+            "pens": tuple(
+                None if here.pen < 0 else Colour(*int(here.pen).to_bytes(3, "big")) for here in state.world.robots
+            )
+            if state.world.setting[0].has_pens
+            else (),
+        }
+
     def touching(self, robot: int) -> bool:
         """Return whether the robot was in contact with anything in the last tick."""
         return bool(self._robot(robot).touched > 0)
+
+    @property
+    def zones(self) -> tuple[Zone, ...]:
+        """The zones as they are now: switched on or not, and with what is left to give."""
+        found = []
+        for zone, state in zip(self.scene.zones, self._state.world.zones, strict=True):
+            store = None if zone.store is None else float(state.store)
+            is_same = (zone.is_on, zone.store) == (state.is_on, store)
+            found.append(zone if is_same else replace(zone, is_on=bool(state.is_on), store=store))
+        return tuple(found)
+
+    @property
+    def floor(self) -> Floor:
+        """The floor with all that is painted on it and that pens drew."""
+        return self._state.inked()
+
+    def zones_of(self, robot: int) -> tuple[str, ...]:
+        """Return the names of the zones in which the middle of a robot was at the end of the last tick."""
+        inside = int(self._robot(robot).zones)
+        return tuple(zone.name for k, zone in enumerate(self.scene.zones) if inside >> k & 1)
+
+    def energy(self, robot: int) -> float:
+        """Return what a robot has left of its energy, 0..1; 1 in a world whose robots do not tire."""
+        return float(self._robot(robot).energy)
+
+    def score(self, robot: int | None = None) -> float:
+        """Return the points of a robot, or of all together."""
+        if robot is None:
+            return sum(float(here.score) for here in self._state.world.robots)
+        return float(self._robot(robot).score)
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What happened to zones, doors, pucks and the energy of robots, the last 256, oldest first."""
+        log = self._state.world.states
+        count = int(log[0]) if len(log) else 0
+        return tuple(self._event(n, *map(int, log[at : at + 4])) for n, at in _last(count))
+
+    def _event(self, number: int, tick: int, kind: int, what: int, robot: int) -> Event:
+        named, solids = KINDS[kind], self._state.solids
+        name = ""
+        if named in ("open", "closed", "collect", "respawn"):
+            boxes, posts = solids.box_things, solids.cylinder_things
+            kind_of, k = ("box", boxes.index(what)) if what in boxes else ("cylinder", posts.index(what))
+            things: tuple[Box | Cylinder, ...] = self.scene.boxes if kind_of == "box" else self.scene.cylinders
+            name = things[k].name or f"{kind_of} {k}"
+        elif what >= 0:
+            name = self.scene.zones[what].name
+        return Event(number, tick * self.scene.step, named, name, None if robot < 0 else robot)
 
     @property
     def ambient(self) -> float:
@@ -277,6 +349,8 @@ class ReadableWorld:
                 self.touching(i),
                 self._lamps.get(i, DARK),
                 self._senses.beams(i) if beams else (),
+                float(state.world.robots[i].energy),
+                float(state.world.robots[i].score),
             )
             for i in range(self.robots)
         )
@@ -290,9 +364,10 @@ class ReadableWorld:
             tuple(state.box(k) for k in range(len(state.boxes))),
             tuple(state.cylinder(k) for k in range(len(state.cylinders))),
             robots,
-            tuple(state.lights),
-            tuple(state.sounds),
+            state.switched(state.lights),
+            state.switched(state.sounds),
             state.floor,
+            self.zones,
         )
 
     def draw(
@@ -320,7 +395,8 @@ class ReadableWorld:
         from importlib.metadata import entry_points  # What draws is above the physics, and found by name.
 
         (top,) = entry_points(group="elib.drawings", name="top")
-        drawn: str | None = top.load()(self.snapshot(beams=beams), path, trails=trails, caption=caption, size=size)
+        seen = replace(self.snapshot(beams=beams), floor=self.floor)
+        drawn: str | None = top.load()(seen, path, trails=trails, caption=caption, size=size)
         return drawn
 
     def _repr_svg_(self) -> str | None:
@@ -344,6 +420,12 @@ class ReadableWorld:
             digest.update(self._senses.now(i))
         for thing in world.things:
             digest.update(struct.pack("<4d", *_place(thing)))
+        if world.setting[0].has_states:
+            for zone in world.zones:
+                digest.update(struct.pack("<2qd", zone.is_on, zone.count, zone.store))
+            for here in world.robots:
+                digest.update(struct.pack("<2dq", here.energy, here.score, here.zones))
+            digest.update(struct.pack(f"<{len(world.states)}i", *world.states))
         digest.update(self._senses.told(sensors))
         return digest.hexdigest()
 
@@ -376,6 +458,11 @@ def checked(index: int, count: int, what: str) -> int:
     if not 0 <= index < count:
         raise ArgumentError(f"there is no {what} {index}; the world has {count}, counted from 0")
     return index
+
+
+def _last(count: int) -> list[tuple[int, int]]:
+    """Return the numbers of the events that are remembered, and where each lies."""
+    return [(n, 1 + 4 * (n % KEPT)) for n in range(max(count - KEPT, 0), count)]
 
 
 def _whole(steps: float) -> int:

@@ -42,6 +42,11 @@
     [[sound]]
     position = [0.1, 0.9]
 
+    [[zone]]                   # a part of the floor that knows what is in it
+    name = "nest"
+    position = [0.2, 0.2]
+    radius = 0.1
+
     [floor]
     colour = "#d8d4cc"
 
@@ -58,7 +63,7 @@ fields of the classes that they make.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -68,17 +73,18 @@ from elib.base.files import WORLDS
 from elib.base.rules import Mistake
 from elib.base.tables import Source, content_of, others, read_toml, shipped
 from elib.simulator.physics.body import EpuckModel
-from elib.simulator.physics.fittings import Checkers, Light, Paint, Print, Sound
+from elib.simulator.physics.fittings import Checkers, Energy, Light, Paint, Print, Sound, Zone
 from elib.simulator.physics.floor import opened
 from elib.simulator.physics.geometry import Box, Cylinder, Polygon, Wall
 from elib.simulator.physics.placement import first_taken, inside_hint, places
-from elib.simulator.physics.scene import Scene
+from elib.simulator.physics.scene import Scene, check_switches
 from elib.simulator.worlds.tables import PAINT, TABLES, THINGS, TOP, Arena, Start
 
 MAX_COVER = 4
 """Width of a picture in widths of the arena, and depth likewise: what lies outside is painted in vain."""
 
 _T = TypeVar("_T")
+_P = TypeVar("_P", Paint, Zone)
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,19 +175,29 @@ class _Assembly:
         width, depth = arena.size(max(wanted, 0))
         self._check_names()
         self._each("picture", Print, lambda picture: _check_picture(picture, self._folder))
+        self._each("zone", Zone, lambda zone: _check_picture(zone, self._folder) if zone.file else None)
+        boxes, cylinders = self._all("box", Box), self._all("cylinder", Cylinder)
+        lights, sounds = self._all("light", Light), self._all("sound", Sound)
+        zones = [self._found(zone) for zone in self._all("zone", Zone)]
+        with self._source.at():
+            check_switches(zones, boxes, cylinders, lights, sounds)
         try:
             scene = Scene(
                 width,
                 depth,
                 walls=tuple(self._all("wall", Wall)),
-                boxes=tuple(self._all("box", Box)),
-                cylinders=tuple(self._all("cylinder", Cylinder)),
+                boxes=tuple(boxes),
+                cylinders=tuple(cylinders),
                 polygons=tuple(self._all("polygon", Polygon)),
                 starts=tuple(start.pose for start in starts),
                 model=next(iter(self._all("epuck", EpuckModel)), EpuckModel()),
                 name=Path(self._source.filename).stem,
-                lights=tuple(self._all("light", Light)),
-                sounds=tuple(self._all("sound", Sound)),
+                lights=tuple(lights),
+                sounds=tuple(sounds),
+                zones=tuple(zones),
+                energy=next(iter(self._all("energy", Energy)), None),
+                energies=_given(start.energy for start in starts),
+                pens=_given(start.pen for start in starts),
                 paint=tuple(self._found(cast("Paint", part)) for kind in PAINT for part in self._parts[kind]),
                 firmware=tuple(start.firmware for start in starts),
                 **self.values("simulation"),
@@ -220,7 +236,7 @@ class _Assembly:
         owners: dict[str, str] = {}
         for kind in THINGS:
             for index, part in enumerate(self._parts[kind]):
-                name = cast("Box | Cylinder | Light | Sound", part).name
+                name = cast("Box | Cylinder | Light | Sound | Zone", part).name
                 if name in owners:
                     what = f'is "{name}", as that of {owners[name]}'
                     mistake = Mistake(what, path=("name",), hint="give it another name")
@@ -228,8 +244,16 @@ class _Assembly:
                 if name:
                     owners[name] = f"{kind}[{index}]"
 
-    def _found(self, part: Paint) -> Paint:
-        return replace(part, file=str((self._folder / part.file).resolve())) if isinstance(part, Print) else part
+    def _found(self, part: _P) -> _P:
+        """Return paint or a zone with the path of its picture, if it has one."""
+        file = getattr(part, "file", "")
+        return replace(cast("Any", part), file=str((self._folder / file).resolve())) if file else part
+
+
+def _given(values: Iterable[_T | None]) -> tuple[_T | None, ...]:
+    """Return what is given to robots; nothing if that is nothing for all of them."""
+    found = tuple(values)
+    return () if all(value is None for value in found) else found
 
 
 def _check_inside(thing: Box | Cylinder, scene: Scene) -> None:
@@ -250,7 +274,7 @@ def _check_cover(picture: Print, scene: Scene) -> None:
         )
 
 
-def _check_picture(picture: Print, folder: Path) -> None:
+def _check_picture(picture: Print | Zone, folder: Path) -> None:
     """Raise Mistake unless its file holds a picture of a reasonable size; nothing but its head is read."""
     try:
         with opened(folder / picture.file):

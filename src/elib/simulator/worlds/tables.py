@@ -14,12 +14,23 @@ from elib.base.pose import Pose
 from elib.base.rules import Choice, Degrees, Mistake, Number, Text, Whole, fields_of
 from elib.base.tables import Key, Pair, Table, keys_of
 from elib.simulator.physics.body import EpuckModel
-from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
-from elib.simulator.physics.geometry import Box, Cylinder, Length, Painted, Place, Polygon, Turn, Wall
+from elib.simulator.physics.fittings import Checkers, Energy, Light, Patch, Print, Sound, Stripe, Zone
+from elib.simulator.physics.geometry import (
+    Box,
+    Colour,
+    ColourRule,
+    Cylinder,
+    Length,
+    Painted,
+    Place,
+    Polygon,
+    Turn,
+    Wall,
+)
 from elib.simulator.physics.optics import LENSES
 from elib.simulator.physics.placement import MAX_ROBOTS
 from elib.simulator.physics.profiles import PROFILES
-from elib.simulator.physics.scene import MIN_ARENA, Scene, Size
+from elib.simulator.physics.scene import MAX_ZONES, MIN_ARENA, Scene, Size
 
 ABOUT = Text(example='"A room to try things in."', otherwise="nothing")
 
@@ -74,12 +85,16 @@ class Start:
         y: m.
         heading: Where it looks: 0 along x, positive to the left.
         firmware: What runs on it, such as epuck2.
+        energy: What it begins with.
+        pen: The colour in which it draws where it drives; its ground sensors see black.
     """
 
     x: Place
     y: Place
     heading: Turn = 0.0
     firmware: Annotated[str, Text(example='"epuck2"', otherwise="as the simulation is told")] = ""
+    energy: Annotated[float, Number(0, 1, otherwise="as [energy] says")] | None = None
+    pen: Annotated[Colour, ColourRule(example='"#101010"', otherwise="none")] | None = None
 
     @property
     def pose(self) -> Pose:
@@ -161,12 +176,37 @@ TABLES = (
         ),
     ),
     Table(
-        "box", "Rectangular blocks.", Box, keys_of(Box, POSITION, _size("along its own x and y axes"), angle=HEADING)
+        "box",
+        "Rectangular blocks, and doors.",
+        Box,
+        keys_of(
+            Box,
+            POSITION,
+            _size("along its own x and y axes"),
+            angle=HEADING,
+            swing=Degrees(-170, 170, example="90"),
+        ),
     ),
-    Table("cylinder", "Posts, and balls.", Cylinder, keys_of(Cylinder, POSITION)),
+    Table("cylinder", "Posts, balls, and pucks.", Cylinder, keys_of(Cylinder, POSITION)),
     Table("polygon", "Fixed blocks of any outline: their sides are walls.", Polygon, keys_of(Polygon)),
     Table("light", "Lamps that shine on all sides.", Light, keys_of(Light, POSITION)),
     Table("sound", "Sources of sound: tones and noises, steady or again and again.", Sound, keys_of(Sound, POSITION)),
+    Table(
+        "zone",
+        "Parts of the floor that know what is in them: they give energy and points, open doors, switch lamps and "
+        "sounds, and collect pucks. A zone is a disc, a rectangle, a polygon, a stripe, or what is dark of a picture; "
+        "one without a shape is switched by programs alone.",
+        Zone,
+        keys_of(Zone, POSITION, _size("of a rectangle or a picture, along x and y")),
+        most=MAX_ZONES,
+    ),
+    Table(
+        "energy",
+        "What robots use of their energy, of which the whole is 1. A robot without energy stands.",
+        Energy,
+        keys_of(Energy),
+        is_array=False,
+    ),
     Table(
         "floor",
         "The floor where nothing is painted on it.",
@@ -203,5 +243,5 @@ TABLES = (
 PAINT = ("checkers", "picture", "patch", "stripe")
 """What lies on the floor, the lowest first; of one kind, in the order of the file."""
 
-THINGS = ("box", "cylinder", "light", "sound")
+THINGS = ("box", "cylinder", "light", "sound", "zone")
 """What may have a name."""

@@ -42,6 +42,7 @@ def written_scene(scene: Scene, about: str = "") -> str:
 def _parts(scene: Scene) -> dict[str, list[Mapping[str, object]]]:
     """Return what the tables of each name say, by the fields that their keys fill."""
     firmware = scene.firmware + ("",) * len(scene.starts)
+    energies, pens = (given + (None,) * len(scene.starts) for given in (scene.energies, scene.pens))
     model = _fields(scene.model)
     if isinstance(scene.model.profile, Profile):
         del model["profile"]
@@ -55,14 +56,16 @@ def _parts(scene: Scene) -> dict[str, list[Mapping[str, object]]]:
         "polygon": _all(scene.polygons),
         "light": _all(scene.lights),
         "sound": _all(scene.sounds),
+        "zone": _all(scene.zones),
+        "energy": _all([scene.energy] if scene.energy else []),
         "floor": [{"floor": scene.floor}],
         "checkers": _all(each for each in scene.paint if isinstance(each, Checkers)),
         "picture": _all(each for each in scene.paint if isinstance(each, Print)),
         "patch": [_fields(each) | {"hole": each.colour is None} for each in scene.paint if isinstance(each, Patch)],
         "stripe": _all(each for each in scene.paint if isinstance(each, Stripe)),
         "robot": [
-            {"x": pose.x, "y": pose.y, "heading": pose.heading, "firmware": name}
-            for pose, name in zip(scene.starts, firmware, strict=False)
+            {"x": pose.x, "y": pose.y, "heading": pose.heading, "firmware": name, "energy": energy, "pen": pen}
+            for pose, name, energy, pen in zip(scene.starts, firmware, energies, pens, strict=False)
         ],
     }
 

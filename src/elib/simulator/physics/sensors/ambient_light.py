@@ -84,7 +84,7 @@ def lamplight(world: Records, i: int, is_shaded: bool) -> None:
         scratch.room[s] = 0.0
     for k in range(len(world.lamps)):
         lamp = world.lamps[k]
-        if light_up(setting, robot, lamp, scratch):
+        if (lamp.switch < 0 or world.zones[lamp.switch].is_on) and light_up(setting, robot, lamp, scratch):
             if is_shaded:
                 shade(world, i, lamp)
             for s in range(COUNT):

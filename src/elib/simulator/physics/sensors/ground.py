@@ -23,6 +23,7 @@ from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.floor import HOLE_MARK
 from elib.simulator.physics.noise import GROUND, GROUND_BLACK, GROUND_BLACKS, GROUND_WHITE, gauss, tick_key
 from elib.simulator.physics.records import Records, Robot, Setting
+from elib.simulator.physics.zones import FIRST_INK, map_cell
 
 COUNT: Final = 5
 
@@ -140,6 +141,10 @@ def vary_ground(setting: Setting, robot: Robot) -> None:
 def floor_at(world: Records, x: float, y: float) -> int:
     """Return the floor's colour at a place, 65536 red + 256 green + blue; HOLE_MARK or more for a hole."""
     setting = world.setting[0]
+    if setting.has_pens:
+        cell = map_cell(setting, x, y)
+        if cell >= 0 and world.states[FIRST_INK + cell] > 0:
+            return world.states[FIRST_INK + cell] - 1
     if setting.floor_columns == 0:
         return setting.floor_colour
     column = x * setting.floor_scale

@@ -90,7 +90,7 @@ def read(world: Records, i: int) -> None:
         heard = 0.0
         for k in range(len(world.tones)):
             tone = world.tones[k]
-            if sounds(tone.every, tone.lasts, now):
+            if (tone.switch < 0 or world.zones[tone.switch].is_on) and sounds(tone.every, tone.lasts, now):
                 heard += tone.volume * share(tone.x - place_x, tone.y - place_y, facing_x, facing_y)
         for k in range(len(world.robots)):
             other = world.robots[k]
