@@ -104,7 +104,7 @@ def test_every_fault_script_that_is_shown_is_one() -> None:
 
 
 def test_every_world_that_is_shown_is_one() -> None:
-    assert len(WORLDS) == 5
+    assert len(WORLDS) == 6
     for where, block in WORLDS.items():
         world = World(parse_world(block.text.encode(), where))
         assert world.robots >= 1, where

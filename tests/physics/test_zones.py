@@ -7,8 +7,10 @@ from random_worlds import engines_disagree, random_states
 from world_rig import IDEAL
 
 from elib.base.errors import ArgumentError, SimulationError
+from elib.simulator.emulator.battery import volts_at
+from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.simulation import as_scene
-from elib.simulator.physics import Box, Colour, Cylinder, Light, Pose, Scene, Sound, World
+from elib.simulator.physics import Box, Colour, Cylinder, Episodes, EpuckModel, Light, Pose, Scene, Sound, Task, World
 from elib.simulator.physics.fittings import Energy, Zone
 from elib.simulator.worlds.files import parse
 from elib.simulator.worlds.writer import written_scene
@@ -225,3 +227,40 @@ def test_sensors_agree_too_in_random_worlds_with_states():
     pytest.importorskip("numba")
     for scene, robots in random_states(10, first=1000):
         assert not engines_disagree(scene, robots, threads=(1,))
+
+
+def test_the_battery_of_a_virtual_robot_follows_its_energy():
+    world = World(replace(ROOM, energy=Energy(0.1)))
+    hardware = SimulatedHardware(world)
+    full = hardware.voltage
+    world.run(8 * 64)
+    assert (full, hardware.voltage) == (4.2, volts_at(world.energy(0)))
+    assert world.energy(0) == pytest.approx(0.2, abs=0.01)
+
+
+def earned(world, i):
+    robot = world.robots[i]
+    return robot.score + robot.energy + robot.zones
+
+
+@pytest.mark.long
+def test_episodes_leave_nothing_of_their_states_to_the_next_on_either_engine():
+    pytest.importorskip("numba")
+    scene = replace(
+        ROOM,
+        zones=(replace(PLATE, score=2, stays=True), Zone("field", 0.7, 0.3, 0.1)),
+        boxes=(DOOR,),
+        cylinders=(replace(DISC, collect="robots", respawn="field"),),
+        energy=Energy(0.01, driving=0.2),
+        model=EpuckModel(ground_module=True),
+        pens=(Colour(0, 0, 0),),
+    )
+    task = Task("states", "Earn points.", (scene,), earned, sensors=("ground",), period=6 / 64)
+    found = []
+    for engine in ("interpreted", "compiled"):
+        episodes = Episodes(task, engine=engine)
+        for seed in (5, 9, 5):
+            episodes.reset(seed)
+            found.append([float(episodes.step([[[0.1, 0.1]]])[0, 0]) for _ in range(30)])
+    assert found[0] == found[2] == found[3] == found[5]
+    assert found[1] == found[4] != found[0]
