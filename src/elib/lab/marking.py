@@ -156,7 +156,10 @@ def play(
             if not child.began and not child.exceeded:
                 raise ElibError(f"{each.name} could not be started: {child.output.strip() or 'it says nothing'}")
         # In a game both have the same picture.
-        added = [_add(results[place], found[place], child, draws and not place) for place, child in enumerate(children)]
+        added = [
+            _add(result, each, child, draws and not place, is_game=len(players) > 1)
+            for place, (result, each, child) in enumerate(zip(results, found, children, strict=True))
+        ]
         if not all(added):
             break
     for result in results:
@@ -171,7 +174,7 @@ def play(
     return results
 
 
-def _add(result: Mark, found: VariantResult, child: Child, draws: bool) -> bool:
+def _add(result: Mark, found: VariantResult, child: Child, draws: bool, is_game: bool) -> bool:
     """Add what happened in a variant, and return whether the submission is run in the others too."""
     remark = child.exceeded or found.why
     if found.ending == "failed" and not child.exceeded:
@@ -184,7 +187,7 @@ def _add(result: Mark, found: VariantResult, child: Child, draws: bool) -> bool:
     is_told = failed = bool(child.exceeded) or found.ending in ("failed", "wall", "broke") or not found.opened_robot
     result.reached.append(-1.0 if failed else sum(each.goal.points for each in found.goals if each.holds))
     # Some programs are meant to go on until the time is over; it explains something only where a goal fails.
-    is_told = is_told or (found.ending == "time" and not all(goal.holds for goal in found.goals))
+    is_told = is_told or (not is_game and found.ending == "time" and not all(goal.holds for goal in found.goals))
     text = f"no points: {remark}" if result.broke else remark
     if is_told and not any(text in known for known in result.remarks):
         result.remarks.append(f"{text} ({name})")
