@@ -48,11 +48,15 @@ app.command(
     the link to its robot has no points. Programs that are much alike are named. The folders of several labs make one
     table, a row a student, by the names of files and folders without .py.
 
+    In a game of two programs each plays against the opponent of the lab. With --league every two play against each
+    other, each once on either side: 3 points for a game that is won, 1 for one that is drawn.
+
     In a lab's teacher/mistakes, one that does not fail as its first line says is named, and the exit code is 1.
 
     For example:
         elib lab mark handed-in --lab square
         elib lab mark handed-in --lab square --csv marks.csv --html marks.html
+        elib lab mark handed-in --lab energy-game --league
     """,  # here, because the list of commands shows its first line and does not import the module
 )
 
