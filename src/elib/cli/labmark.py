@@ -87,6 +87,7 @@ def mark(
         line.tell(f"{count} of {total} {'played' if league else 'marked'}: {' and '.join(each.name for each in marks)}")
 
     marked: list[tuple[Lab, list[Mark]]] = []
+    played: list[list[Mark]] = []
     wrong: list[str] = []
     try:
         if league:
@@ -104,16 +105,16 @@ def mark(
     if league:
         table = leagues.standings(played)
         _note_similar(task, submissions, table)
-        rows, page = leagues.to_rows(table), lambda: leagues.to_html(task, table, played)
-        values = leagues.to_json(task, table, played)
+        rows, values = leagues.to_rows(table), leagues.to_json(task, table, played)
+        page = leagues.to_html(task, table, played)
     else:
         task, marks = marked[0]
-        rows, page = to_rows(marked), lambda: to_html(task, marks)
+        rows, page = to_rows(marked), to_html(task, marks)
         values = to_json(task, marks) if len(marked) == 1 else {"labs": [to_json(*each) for each in marked]}
     if csv is not None:
         write_file(csv, to_csv(rows).encode())
     if html is not None:
-        write_file(html, page().encode())
+        write_file(html, page.encode())
     if json:
         print_json(values)
     else:

@@ -424,8 +424,10 @@ class Outdoes(Goal):
 
     def _judge(self, trace: Trace) -> Finding:
         sides = [tuple(map(math.fsum, zip(*side, strict=True))) for side in (trace.earned, trace.rivals)]
-        own, other = (f"{side[0]:g} points, {side[1]:.1f} s, {side[2]:.0%} energy" if side else "" for side in sides)
-        return bool(other) and sides[0] > sides[1], f"{own}; the other one {other}" if other else "there is no other program"
+        if not sides[1]:
+            return False, "there is no other program"
+        own, other = (f"{side[0]:g} points, {side[1]:.1f} s, {side[2]:.0%} energy" for side in sides)
+        return sides[0] > sides[1], f"{own}; the other one {other}"
 
 
 @kind("says")

@@ -121,8 +121,9 @@ class Marker:
         self, lab: Lab, variant: Variant, send: Callable[[bytes], object], rival: Marker | None = None
     ) -> None:
         assert variant.time is not None
-        self._simulation = simulation = Simulation(settings_of(variant)) if rival is None else rival._simulation
-        self._tracer = Tracer(lab, variant, simulation) if rival is None else rival._tracer
+        simulation = Simulation(settings_of(variant)) if rival is None else rival.simulation
+        self.simulation: Simulation = simulation  # the world and the robots, which both programs of a game share
+        self.tracer: Tracer = Tracer(lab, variant, simulation) if rival is None else rival.tracer  # and their judge
         self._player = 0 if rival is None else 1
         share = lab.share(simulation.count, self._player)
         self._first = share.start
@@ -154,7 +155,7 @@ class Marker:
 
     def note(self, end: End) -> End:
         """Note how the program has ended, now, and return it."""
-        self._end, self._ended = end, self._simulation.time
+        self._end, self._ended = end, self.simulation.time
         return end
 
     async def afterwards(self, *ends: End) -> None:
@@ -165,11 +166,11 @@ class Marker:
     def result(self, output: str) -> VariantResult:
         """Return what became of a program, when its world has come to its end."""
         digest = self._transcript.hexdigest()
-        return self._tracer.judged(self._end, self._ended, self._requests, output, digest, self._player)
+        return self.tracer.judged(self._end, self._ended, self._requests, output, digest, self._player)
 
     def close(self) -> None:
         """End the world."""
-        self._simulation.close()
+        self.simulation.close()
 
     def _answer(self, letter: int, body: bytes) -> None:
         frame = lockstep.LETTER.pack(1 + len(body), letter) + body
@@ -242,15 +243,15 @@ class Marker:
         self._answer(lockstep.WRITE, lockstep.KEPT.pack(end.kept()))
 
     def _say(self, index: int, message: bytes) -> None:
-        world = self._simulation.world
+        world = self.simulation.world
         assert world is not None
         try:
-            world.send_message(self._first + index, message, at=self._simulation.time)
+            world.send_message(self._first + index, message, at=self.simulation.time)
         except ArgumentError as error:
             raise BrokenRule(f"a message that cannot be: {error}") from None
 
     def _hear(self, index: int) -> None:
-        world, robot = self._simulation.world, self._robots[index]
+        world, robot = self.simulation.world, self._robots[index]
         assert world is not None
         robot.link.catch_up()
         robot.hardware.advance(robot.link.now)

@@ -74,8 +74,8 @@ def mark_all(
     """Mark submissions, each in a process of its own, and return the marks in the same order."""
     opponents = opponents_of(_lab(folder))
     runs = [(each, *opponents) for each in submissions]
-    options = {"jobs": jobs, "safe": safe, "limits": limits, "draws": draws}
-    return [marks[0] for marks in play_all(folder, runs, done=lambda marks: done(marks[0]), **options)]
+    played = play_all(folder, runs, jobs=jobs, safe=safe, limits=limits, draws=draws, done=lambda marks: done(marks[0]))
+    return [marks[0] for marks in played]
 
 
 def play_all(
@@ -124,7 +124,7 @@ def mark(folder: Path, submission: Submission, safe: bool = True, limits: Limits
 
 
 def opponents_of(lab: Lab) -> list[Submission]:
-    """Return what a submission plays against in a game that is no league; nothing in other labs."""
+    """Return the program that a submission plays against in a game outside a league; nothing in other labs."""
     return [] if lab.opponent is None else [read_submission(lab.opponent)]
 
 

@@ -107,7 +107,7 @@ async def _run(
         ends = await asyncio.gather(
             *(_in_turn(_end(marker, link), [each for each in links if each is not link]) for marker, link in served)
         )
-        await marker.afterwards(*ends)
+        await served[0][0].afterwards(*ends)
         return [marker.result(link.running.output) for marker, link in served]
 
 
