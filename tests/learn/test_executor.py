@@ -1,4 +1,4 @@
-"""Jobs run here, in workers that die, and on a cluster that goes away: always to the same results."""
+"""Jobs run here, in workers that die, and on a cluster: always to the same results."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Future
 from pathlib import Path
 from types import SimpleNamespace
@@ -20,7 +20,7 @@ from typing import Any
 import pytest
 
 import elib
-from elib.base.errors import ArgumentError, ElibError, LinkError, LinkNotFound
+from elib.base.errors import ArgumentError, ElibError, LinkError, LinkLost, LinkNotFound
 from elib.learn import executor as module
 from elib.learn.executor import Executor, open_executor
 from shared import PATIENCE, wait_until
@@ -72,7 +72,7 @@ def scheduler() -> Iterator[str]:
     import distributed
 
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
     ) as cluster:
         yield cluster.scheduler_address
 
@@ -117,46 +117,20 @@ def test_a_cluster_that_runs_can_be_used(scheduler: str, monkeypatch: pytest.Mon
         assert executor.width == 2
 
 
-def test_a_lost_connection_is_opened_again_and_changes_nothing(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lost_connection_ends_the_run_and_says_how_it_goes_on(
+    scheduler: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(module, "ANSWER_TIME", PATIENCE)
     monkeypatch.setattr(module, "POLL", 0.01)
-    told: list[str] = []
-    found: dict[int, float] = {}
-    with open_executor(cluster=scheduler, tell=told.append) as executor:
-        for k, (value, _) in executor.run(orbit, [(k, 1000) for k in range(8)]):
-            if not found:
-                client = executor._client  # type: ignore[attr-defined]
-                client.loop.add_callback(client.scheduler_comm.comm.abort)
-            found[k] = value
-    assert found == {k: orbit(k, 1000)[0] for k in range(8)}
-    assert told == ["the connection to the scheduler is lost; the jobs that it had run again"]
-
-
-class Dying(module._Workers):
-    """Every job kills four workers each time, as on a cluster of Dask."""
-
-    def __init__(self) -> None:
-        super().__init__(print)
-        self.count = 0
-
-    def open(self) -> None: ...
-
-    def _send(self, payload: bytes) -> Future[bytes]:
-        self.count += 1
-        return Future()
-
-    def _wait(self, sent: Collection[Any]) -> list[Any]:
-        return list(sent)
-
-    def _answer(self, future: Any) -> int:
-        return 4
-
-
-def test_a_job_whose_workers_die_runs_again_until_forty_have_died() -> None:
-    dying = Dying()
-    with pytest.raises(ElibError, match=r"job 0 of 1, square\(4\), failed: its worker died 40 times"):
-        list(dying.run(square, [(4,)]))
-    assert dying.count == 10
+    with (
+        open_executor(cluster=scheduler) as executor,
+        pytest.raises(LinkLost, match="the connection to the scheduler is lost") as caught,
+    ):
+        client = executor._client  # type: ignore[attr-defined]
+        comm = client.scheduler_comm.comm
+        for _ in executor.run(orbit, [(k, 1000) for k in range(8)]):
+            client.loop.add_callback(comm.abort)  # the client has none after the first
+    assert "the same command again" in str(caught.value.hint)
 
 
 def test_workers_with_another_elib_are_refused(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -304,23 +278,20 @@ def wait_for(cluster: Cluster) -> None:
 
 
 @pytest.mark.long
-def test_a_run_survives_its_scheduler_and_its_worker(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_survives_a_worker_of_its_cluster(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "ANSWER_TIME", PATIENCE)
-    scheduler, worker = cluster.start_scheduler(), cluster.start_worker()
-    told: list[str] = []
+    cluster.start_scheduler()
+    worker = cluster.start_worker()
     wait_for(cluster)
-    with open_executor(cluster=cluster.address, tell=told.append) as executor:
+    with open_executor(cluster=cluster.address) as executor:
         found: dict[int, float] = {}
         for k, (value, _) in executor.run(orbit, [(k, 200_000) for k in range(12)]):
             found[k] = value
             if len(found) == 4:
-                scheduler.kill()
-                scheduler.wait()
                 worker.kill()
                 worker.wait()
-                scheduler, worker = cluster.start_scheduler(), cluster.start_worker()
+                worker = cluster.start_worker()
     assert found == {k: orbit(k, 200_000)[0] for k in range(12)}
-    assert "the connection to the scheduler is lost; the jobs that it had run again" in told
 
 
 @pytest.mark.long
@@ -390,14 +361,10 @@ def test_a_cluster_without_workers_is_waited_for_not_for_ever(monkeypatch: pytes
     clock = itertools.count(0.0, 10.0)  # s; at each look ten have passed
     monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: next(clock)))
     monkeypatch.setattr(module, "POLL", 0.0)
-    told: list[str] = []
-
-    client = SimpleNamespace(status="running", scheduler=SimpleNamespace(ncores=dict))
-    client.submit = lambda *_, **__: Future()
-    client.sync = lambda ask, **_: ask()
+    client = SimpleNamespace(scheduler=SimpleNamespace(ncores=dict), sync=lambda ask, **_: ask())
+    client.get_executor = lambda **_: SimpleNamespace(submit=lambda *_: Future())
     monkeypatch.setattr(module, "_join", lambda *_: client)
-    executor = module._Cluster("tcp://127.0.0.1:8786", told.append)
+    executor = module._Cluster("tcp://127.0.0.1:8786", print)
     executor.open()
-    with pytest.raises(LinkError, match="there are no workers, for 600 s now"):
+    with pytest.raises(LinkError, match=r"tcp://127\.0\.0\.1:8786 has had no workers for 120 s"):
         list(executor.run(orbit, [(1, 1)]))
-    assert told == [f"there are no workers, for {idle} s now; elib gives up after 600 s" for idle in range(30, 600, 30)]

@@ -91,8 +91,10 @@ def test_it_plays_the_episodes_of_the_task() -> None:
             is_over, is_late = bool(episodes.is_over[0]), bool(episodes.ticks[0] >= MEET.ticks)
             assert set(terminations.values()) == {is_over}
             assert set(truncations.values()) == {is_late and not is_over}
-            assert infos["robot_0"] == infos["robot_1"]
-            assert ("fitness" in infos["robot_0"]) is (is_over or is_late)
+            for i, info in enumerate(infos.values()):
+                pose = episodes.world(0).pose(i)
+                assert info["pose"] == pytest.approx([pose.x, pose.y, pose.heading], abs=1e-12)
+                assert ("fitness" in info) is (is_over or is_late)
 
 
 def test_every_robot_earns_its_own_reward_and_the_end_tells_their_fitness() -> None:

@@ -11,6 +11,7 @@ from elib.learn.networks import Law, Network, find_controller
 from elib.learn.study import read_study
 from elib.simulator.physics.defects import Defect
 from elib.simulator.physics.episodes import Episodes, Scores
+from elib.simulator.physics.observing import Observation, camera_row, encoders, goal, ground_colours, neighbours
 from elib.simulator.physics.task import Randomisation, Task
 
 __all__ = [
@@ -19,13 +20,19 @@ __all__ = [
     "Episodes",
     "Law",
     "Network",
+    "Observation",
     "Randomisation",
     "Scores",
     "Task",
     "all_tasks",
+    "camera_row",
+    "encoders",
     "find_controller",
     "find_task",
+    "goal",
+    "ground_colours",
     "load_champion",
+    "neighbours",
     "read_study",
 ]
 

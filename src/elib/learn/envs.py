@@ -5,8 +5,9 @@ Tasks with several robots are environments of PettingZoo: :mod:`elib.learn.swarm
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,9 +16,10 @@ from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import install
 from elib.learn.catalogue import find_task
 from elib.learn.liveview import LiveView, picture
-from elib.learn.sensors import Channel, channels_of
+from elib.learn.sensors import channels_of
 from elib.simulator.physics import Episodes, Task
 from elib.simulator.physics.engine import EngineName
+from elib.simulator.physics.observing import Channel
 
 try:
     import gymnasium
@@ -32,19 +34,6 @@ Floats32 = NDArray[np.float32]
 HUMAN, RGB_ARRAY = "human", "rgb_array"
 
 
-class Outcome(NamedTuple):
-    """What came of a decision in several worlds."""
-
-    rewards: NDArray[np.float64]  # of each robot, (worlds, robots)
-    terminated: NDArray[np.bool_]  # the task ended the episode, (worlds,)
-    truncated: NDArray[np.bool_]  # its time is over, (worlds,)
-
-    @property
-    def ended(self) -> NDArray[np.bool_]:
-        """Whether the episode has ended, (worlds,)."""
-        return self.terminated | self.truncated
-
-
 def require_shape(actions: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Return actions as an array."""
     try:
@@ -56,7 +45,7 @@ def require_shape(actions: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.floa
             f"the action has the shape {given.shape}; it must have the shape {shape}",
             hint="give the speeds of the left and the right wheel, m/s",
         )
-    if not np.isfinite(given).all():
+    if not math.isfinite(np.add.reduce(given, axis=None)) and not np.isfinite(given).all():
         raise ArgumentError(
             "the action has a speed that is not a finite number",
             hint="look at what chooses the actions: it may diverge",
@@ -97,18 +86,20 @@ class Environment:
         self._episodes = Episodes(task, count, engine=engine, threads=threads)
         self._fitness = np.zeros(count)  # of each world's episode so far
         self._has_begun = False
-        self._ended = np.zeros(count, dtype=np.bool_)
+        self._ticks, self._remembers = task.ticks, bool(task.memory or task.robot_memory)
         # A mean fitness is a share of the whole episode, and too small a number for a single decision.
         self._scale = float(task.decisions) if task.fitness == "mean" else 1.0
         self.metadata = {**self.metadata, "render_fps": round(1 / task.period), **metadata}
-        observed = tuple(channel for sensor in task.sensors for channel in channels_of(sensor))
+        observed = [channel for sensor in task.sensors for channel in channels_of(sensor)]
+        observed += [channel for each in task.observe for channel in each.channels]
         acted = tuple(Channel(f"{side}_wheel", "m/s", -task.top_speed, task.top_speed) for side in ("left", "right"))
         self.observation_names, self.observation_units = _named(observed)
         self.action_names, self.action_units = _named(acted)
         self.render_mode = render_mode
         self._view = LiveView(task.period) if render_mode == HUMAN else None
-        self._observed = _box(observed)
-        return cast("gymnasium.Space[Floats32]", self._observed), cast("gymnasium.Space[Floats32]", _box(acted))
+        space = _box(observed)
+        self._low, self._high = space.low, space.high
+        return cast("gymnasium.Space[Floats32]", space), cast("gymnasium.Space[Floats32]", _box(acted))
 
     def _begin(self, seed: int | Sequence[int | None] | None, which: Sequence[int] | None = None) -> None:
         """Begin episodes in the worlds of these numbers, or in all.
@@ -122,35 +113,38 @@ class Environment:
         else:
             for world, own in zip(chosen, seed, strict=True):
                 self._episodes.reset(None if own is None else (int(own) - world) % (1 << 64), [world])
-        self._fitness[chosen], self._ended[chosen] = 0.0, False
+        self._fitness[chosen] = 0.0
         self._has_begun = True
 
     def _check_begun(self) -> None:
         if not self._has_begun:
             raise ArgumentError("step() was called before reset()", hint="call reset() first: it begins an episode")
 
-    def _decide(self, actions: ArrayLike, *, begin_again: bool = False) -> Outcome:
-        """Let one decision pass in every world; see :meth:`Episodes.step`."""
+    def _decide(self, actions: ArrayLike) -> tuple[list[float], bool, bool]:
+        """Let one decision pass in the only world; return each robot's reward, and whether task or time ended it."""
         self._check_begun()
-        earned = self._episodes.step(actions, begin_again=begin_again)
-        if begin_again:
-            self._fitness[self._ended] = 0.0
-        self._fitness += earned.mean(axis=1)
-        over = self._episodes.is_over
-        late: NDArray[np.bool_] = self._episodes.ticks >= self.task.ticks
-        self._ended = over | late
-        return Outcome(earned * self._scale, over, late & ~over)
+        earned = self._episodes.step(actions, begin_again=False)[0].tolist()
+        self._fitness[0] += sum(earned) / len(earned)
+        is_over, ticks = self._episodes.progress[0].tolist()
+        return [each * self._scale for each in earned], is_over > 0.0, ticks >= self._ticks and is_over == 0.0
 
     def _observe(self) -> Floats32:
-        """Return what all robots observe, in the units and the ranges of their sensors, (worlds, robots, n): a copy."""
-        seen = [self._episodes.readings(sensor) for sensor in self.task.sensors]
-        found = np.concatenate(seen, axis=2, dtype=np.float32, casting="unsafe")
-        return np.clip(found, self._observed.low, self._observed.high, out=found)
+        """Return what all robots observe, in the units and the ranges of its space, (worlds, robots, n): a copy."""
+        found = self._episodes.observed.astype(np.float32)
+        return np.minimum(np.maximum(found, self._low, out=found), self._high, out=found)
 
-    def _ending(self) -> dict[str, Any]:
-        """Return the info of the last step of the first world's episode."""
-        fitness = float(self._fitness[0])
-        return {"fitness": fitness, "is_success": fitness >= self.task.solved}
+    def _info(self, robot: int = 0, *, has_ended: bool = False) -> dict[str, Any]:
+        """Return what is true of a robot of the first world, whatever it observes."""
+        place = self._episodes.places[0, robot]
+        info: dict[str, Any] = {"pose": place[:3], "is_touching": bool(place[3])}
+        if self._remembers:
+            memory = self._episodes.memory[0]
+            info["memory"] = {name: memory[name] for name in self.task.memory}
+            info["memory"] |= {name: memory[name][robot] for name in self.task.robot_memory}
+        if has_ended:
+            fitness = float(self._fitness[0])
+            info |= {"fitness": fitness, "is_success": fitness >= self.task.solved}
+        return info
 
     def _show(self, *, is_new: bool = False) -> None:
         """Show the first world on the page, if there is one."""
@@ -188,7 +182,9 @@ def _box(channels: Sequence[Channel]) -> Box:
 class TaskEnv(Environment, gymnasium.Env[Floats32, Floats32]):
     """A task with one robot as a Gymnasium environment.
 
-    Where the episode ends, the info holds its ``fitness``, as ``elib evolve`` computes it, and ``is_success``.
+    The info holds what is true, whatever the robot observes: its ``pose`` (x and y, m; heading, rad), ``is_touching``,
+    and the numbers of the task's ``memory``, if it has one. Where the episode ends, it also holds its ``fitness``, as
+    ``elib evolve`` computes it, and ``is_success``.
     """
 
     metadata: dict[str, Any] = {"render_modes": [HUMAN, RGB_ARRAY], "render_fps": 10}
@@ -228,7 +224,7 @@ class TaskEnv(Environment, gymnasium.Env[Floats32, Floats32]):
             seed = int(self.np_random.integers(1 << 63))
         self._begin(seed)
         self._show(is_new=True)
-        return self._observe().reshape(-1), {}
+        return self._observe().reshape(-1), self._info()
 
     def step(self, action: Floats32) -> tuple[Floats32, float, bool, bool, dict[str, Any]]:
         """Let the robot drive until its next decision.
@@ -239,18 +235,15 @@ class TaskEnv(Environment, gymnasium.Env[Floats32, Floats32]):
         Raises:
             ArgumentError: The action has another shape, or :meth:`reset` was not called yet.
         """
-        outcome = self._decide(require_shape(action, (2,)).reshape(1, 1, 2))
+        (reward,), is_over, is_late = self._decide(require_shape(action, (2,)))
         self._show()
-        reward = float(outcome.rewards[0, 0])
-        ends = bool(outcome.terminated[0]), bool(outcome.truncated[0])
-        return self._observe().reshape(-1), reward, *ends, self._ending() if any(ends) else {}
+        return self._observe().reshape(-1), reward, is_over, is_late, self._info(has_ended=is_over or is_late)
 
 
 class TaskVectorEnv(VectorEnv[Floats32, Floats32, NDArray[Any]], Environment):
     """A task with one robot as a Gymnasium vector environment: all worlds take a step in one compiled call.
 
-    World k plays the same episodes as a :class:`TaskEnv` with the same seed. Of the episodes that end in a step, the
-    infos hold ``fitness`` and ``is_success``.
+    World k plays the same episodes as a :class:`TaskEnv` with the same seed, and the infos are those of all of them.
     """
 
     metadata: dict[str, Any] = {"render_modes": [RGB_ARRAY], "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -294,6 +287,8 @@ class TaskVectorEnv(VectorEnv[Floats32, Floats32, NDArray[Any]], Environment):
         )
         self._require_one_robot()
         self.num_envs = num_envs
+        self._all = np.ones(num_envs, dtype=np.bool_)
+        self._ended = ~self._all
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
 
@@ -312,29 +307,49 @@ class TaskVectorEnv(VectorEnv[Floats32, Floats32, NDArray[Any]], Environment):
         if seed is None and not self._has_begun:
             seed = int(self.np_random.integers(1 << 63))
         self._begin(seed)
-        return self._observations(), {}
+        return self._observations(), self._infos(self._all)
 
     def step(self, actions: Floats32) -> tuple[Floats32, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """Let all robots drive until their next decision; actions are wheel speeds, m/s, (worlds, 2)."""
-        is_same_step = self._mode is AutoresetMode.SAME_STEP
         given = require_shape(actions, (self.num_envs, 2))
-        outcome = self._decide(given[:, None], begin_again=not is_same_step)
-        observations = self._observations()
-        infos: dict[str, Any] = {}
-        ended = outcome.ended
+        self._check_begun()
+        is_same_step = self._mode is AutoresetMode.SAME_STEP
+        if not is_same_step:
+            self._fitness[self._ended] = 0.0
+        rewards = self._episodes.step(given, begin_again=not is_same_step)[:, 0]
+        self._fitness += rewards
+        is_over, ticks = self._episodes.progress.T
+        terminated = is_over > 0.0
+        truncated = (ticks >= self._ticks) & ~terminated
+        self._ended = ended = terminated | truncated
+        observations, infos = self._observations(), self._infos(self._all)
         if ended.any():
             told = _told("fitness", np.where(ended, self._fitness, 0.0), ended)
             told |= _told("is_success", ended & (self._fitness >= self.task.solved), ended)
             if is_same_step:
-                last = np.full(self.num_envs, None, dtype=object)
+                last = np.empty(self.num_envs, dtype=object)
                 for world in np.flatnonzero(ended):
                     last[world] = observations[world]
-                infos |= _told("final_obs", last, ended) | _told("final_info", told, ended)
+                told |= self._infos(ended)
                 self._begin(None, np.flatnonzero(ended).tolist())
-                observations = self._observations()
+                observations, infos = self._observations(), self._infos(self._all)
+                infos |= _told("final_obs", last, ended) | _told("final_info", told, ended)
             else:
                 infos |= told
-        return observations, outcome.rewards[:, 0], outcome.terminated, outcome.truncated, infos
+        return observations, rewards * self._scale, terminated, truncated, infos
+
+    def _infos(self, which: NDArray[np.bool_]) -> dict[str, Any]:
+        """Return what is true of the robots of these worlds, whatever they observe."""
+        places, told = self._episodes.places[:, 0], dict[str, Any]()
+        places[~which] = 0.0
+        infos = _told("pose", places[:, :3], which) | _told("is_touching", places[:, 3] > 0.0, which)
+        if self._remembers:
+            memory = self._episodes.memory
+            memory[~which] = 0.0
+            for name in memory.dtype.names or ():
+                told |= _told(name, memory[name][:, 0] if name in self.task.robot_memory else memory[name], which)
+            infos |= _told("memory", told, which)
+        return infos
 
     def _observations(self) -> Floats32:
         return self._observe().reshape(self.num_envs, -1)

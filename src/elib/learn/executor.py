@@ -1,11 +1,12 @@
 """Run jobs here, in worker processes of this computer, or on a Dask cluster: the same code for all of them.
 
-A worker may die at any time, and the connection to the scheduler may break: the jobs that were lost run again. So a
-job must be a function whose only effect is its result. An error of a job itself ends the run.
+A worker may die at any time: the jobs that it had run again. So a job must be a function whose only effect is its
+result. An error of a job itself ends the run, and so does the loss of a cluster.
 """
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import importlib.metadata
 import importlib.util
@@ -21,14 +22,12 @@ import sys
 import threading
 import time
 import traceback
-import uuid
 import warnings
 from abc import ABC, abstractmethod
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any
 from urllib.parse import urlsplit
@@ -48,13 +47,12 @@ ANSWER_TIME = 5.0
 """s that a scheduler has to answer."""
 START_TIME = 60.0
 """s that the workers have to start, and to import elib. On a busy computer this took 20 s."""
-PATIENCE = 600.0
-"""s without any worker, or without the scheduler, after which a run gives up. A computer restarts in this time."""
-REPORT_INTERVAL = 30.0
-"""s without any worker after which elib says so."""
-MAX_DEATHS = 40
-"""Workers that may die with a job: after so many it is the job that kills them. Dask alone would give it up after four
+PATIENCE = 120.0
+"""s without any worker after which a run gives up."""
+MAX_DEATHS = 10
+"""Times that a job may lose its worker here: after so many it is the job that kills it. Dask gives it up after four
 (``distributed.scheduler.allowed-failures``)."""
+AGAIN = "start scheduler and workers, and then the same command again: it goes on with what is left"
 MAX_WORKERS = 1000
 AHEAD = 2
 """Jobs under way for each thread of the workers: one that has ended a job begins the next at once."""
@@ -95,7 +93,7 @@ class Executor(ABC):
 
         Raises:
             ElibError: A job failed. The message names it, and its own error is the ``__cause__``.
-            LinkLost: There was no worker, or no scheduler, for a long time.
+            LinkLost: There was no worker for a long time, or the scheduler was lost.
         """
 
 
@@ -150,7 +148,7 @@ class _Here(Executor):
 
 
 class _Workers(Executor):
-    """Runs jobs in other processes, and those again that are lost with their worker."""
+    """Runs jobs in other processes, by the futures of a pool of Python or of Dask."""
 
     def __init__(self, tell: Callable[[str], object]) -> None:
         self._tell = tell
@@ -163,7 +161,7 @@ class _Workers(Executor):
 
     def run(self, function: Callable[..., Any], jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
         waiting = deque(range(len(jobs)))
-        sent: dict[Any, int] = {}  # which job, by its future
+        sent: dict[Future[bytes], int] = {}  # which job, by its future
         deaths: Counter[int] = Counter()
         try:
             while waiting or sent:
@@ -172,24 +170,21 @@ class _Workers(Executor):
                     sent[self._send(_pickled(function, jobs, k))] = k
                 for future in self._wait(sent):
                     k = sent.pop(future)
-                    try:
-                        answer = self._answer(future)
-                    except Exception as error:
-                        raise _failed(function, jobs, k, error) from error
-                    if isinstance(answer, bytes):
-                        result, problem = pickle.loads(answer)
-                        if problem is not None:
-                            raise _failed(function, jobs, k, problem) from problem
-                        yield k, result
-                        continue
-                    waiting.appendleft(k)
-                    deaths[k] += answer
-                    if deaths[k] >= MAX_DEATHS:
-                        deadly = LinkLost(
-                            f"its worker died {deaths[k]} times",
+                    result, problem = None, future.exception()
+                    if isinstance(problem, BrokenProcessPool):
+                        deaths[k] += 1
+                        if deaths[k] < MAX_DEATHS:
+                            waiting.appendleft(k)
+                            continue
+                        problem = LinkLost(
+                            f"its worker died {MAX_DEATHS} times",
                             hint="does it need more memory than there is? Does it crash Python?",
                         )
-                        raise _failed(function, jobs, k, deadly)
+                    if problem is None:
+                        result, problem = pickle.loads(future.result())
+                    if problem is not None:
+                        raise _failed(function, jobs, k, problem) from problem
+                    yield k, result
         finally:
             for future in sent:
                 future.cancel()
@@ -199,16 +194,12 @@ class _Workers(Executor):
         """Open what runs the jobs; LinkError if it cannot be used."""
 
     @abstractmethod
-    def _send(self, payload: bytes) -> Any:
-        """Hand a job over, for :func:`_call`, and return its future."""
+    def _send(self, payload: bytes) -> Future[bytes]:
+        """Hand a job over, for :func:`_call`."""
 
     @abstractmethod
-    def _wait(self, sent: Collection[Any]) -> list[Any]:
+    def _wait(self, sent: Collection[Future[bytes]]) -> Collection[Future[bytes]]:
         """Wait a moment, and return the futures that have ended; LinkLost if nothing runs jobs any more."""
-
-    @abstractmethod
-    def _answer(self, future: Any) -> bytes | int:
-        """Return what :func:`_call` returned or, if the job was lost, how many workers died of it."""
 
 
 class _Pool(_Workers):
@@ -252,20 +243,14 @@ class _Pool(_Workers):
             lost.set_exception(error)
             return lost
 
-    def _wait(self, sent: Collection[Future[bytes]]) -> list[Future[bytes]]:
+    def _wait(self, sent: Collection[Future[bytes]]) -> Collection[Future[bytes]]:
         done = wait(sent, POLL, FIRST_COMPLETED).done
         if any(isinstance(future.exception(), BrokenProcessPool) for future in done):
             done = wait(sent, START_TIME).done  # a pool that has lost a process ends all jobs
             self._tell("a worker died; the jobs under way run again")
             self.close()
             self._pool = None
-        return list(done)
-
-    def _answer(self, future: Future[bytes]) -> bytes | int:
-        try:
-            return future.result()
-        except BrokenProcessPool:
-            return 1
+        return done
 
 
 def _begin(line: Connection) -> None:
@@ -282,72 +267,40 @@ def _begin(line: Connection) -> None:
 
 
 class _Cluster(_Workers):
-    """A Dask cluster. It runs the jobs of a dead worker on another one, and its client connects again by itself."""
+    """A Dask cluster, which runs the jobs of a dead worker on another one by itself."""
 
     def __init__(self, address: str, tell: Callable[[str], object]) -> None:
         super().__init__(tell)
         self._address, self._host = address, _parse(address)
-        self._client: Any = None
-        self._idle_since = self._reported = 0.0
 
     def open(self) -> None:
         with contextlib.ExitStack() as stack:
             self._client = _join(self._address, self._host, self._tell, stack)
             self._closing = stack.pop_all()
-        self._idle_since = self._reported = time.monotonic()
+        self._executor = self._client.get_executor(pure=False)
+        self._seen = time.monotonic()  # when there was a worker
         self._look()
 
-    def _send(self, payload: bytes) -> Any:
-        self._idle_since = self._reported = time.monotonic()
-        try:
-            return self._client.submit(_call, payload, key=f"elib-{uuid.uuid4().hex}", pure=False)
-        except Exception as error:  # Dask raises several
-            raise LinkLost(
-                f"the connection to the scheduler is lost: {error}",
-                hint="start the workers, and then the same command again",
-            ) from error
+    def _send(self, payload: bytes) -> Future[bytes]:
+        future: Future[bytes] = self._executor.submit(_call, payload)
+        return future
 
-    def _wait(self, sent: Collection[Any]) -> list[Any]:
-        import distributed
-
-        with contextlib.suppress(Exception):  # the time is over, or the connection lost
-            distributed.wait(list(sent), POLL, "FIRST_COMPLETED")
-        done = [future for future in sent if future.done()]
-        if any(future.cancelled() for future in done):
-            self._tell("the connection to the scheduler is lost; the jobs that it had run again")
+    def _wait(self, sent: Collection[Future[bytes]]) -> Collection[Future[bytes]]:
+        done = wait(sent, POLL, FIRST_COMPLETED).done
+        if any(future.cancelled() or isinstance(future.exception(), asyncio.CancelledError) for future in done):
+            raise LinkLost("the connection to the scheduler is lost", hint=AGAIN)
         self._look()
         return done
 
-    def _answer(self, future: Any) -> bytes | int:
-        from distributed.scheduler import KilledWorker
-
-        try:
-            return bytes(future.result(START_TIME))
-        except KilledWorker as error:
-            deaths: int = error.allowed_failures + 1
-            self._tell(f"a job lost its worker {deaths} times; it runs again")
-            return deaths
-        except Exception:
-            if future.status == "error":
-                raise
-            return 0  # the connection was lost, or the worker died with the result
-
     def _look(self) -> None:
-        """Look whether there is a worker, and tell now and then that there is none."""
-        why = "the scheduler does not answer"
+        """Look how many workers there are, and do not wait for them without an end."""
         with contextlib.suppress(Exception):  # Dask raises several
             threads = self._client.sync(self._client.scheduler.ncores, callback_timeout=ANSWER_TIME)
             self.width = sum(map(int, threads.values())) or self.width
-            why = "" if threads else "there are no workers"
-        now = time.monotonic()
-        if not why:
-            self._idle_since = self._reported = now
-        idle = now - self._idle_since
-        if idle >= PATIENCE or self._client.status == "closed":
-            raise LinkLost(f"{why}, for {idle:.0f} s now", hint="start the workers, and then the same command again")
-        if now - self._reported >= REPORT_INTERVAL:
-            self._reported = now
-            self._tell(f"{why}, for {idle:.0f} s now; elib gives up after {PATIENCE:.0f} s")
+            if threads:
+                self._seen = time.monotonic()
+        if time.monotonic() - self._seen >= PATIENCE:
+            raise LinkLost(f"{self._address} has had no workers for {PATIENCE:.0f} s", hint=AGAIN)
 
 
 def _pickled(function: Callable[..., Any], jobs: Sequence[Job], k: int) -> bytes:
@@ -412,7 +365,7 @@ def _join(address: str, host: tuple[str, int], tell: Callable[[str], object], st
                 raise OSError("what answers is not a Dask scheduler")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # it compares versions, and so does _check_versions
-            client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
+            client = distributed.Client(address, timeout=START_TIME, set_as_default=False)
     except Exception as error:
         raise LinkNotFound(
             f"no Dask scheduler answers at {address}: {error}",
@@ -441,9 +394,8 @@ def _check_versions(address: str, client: Any, tell: Callable[[str], object]) ->
                 hint="install the same versions everywhere",
             )
 
-    ask = partial(client.sync, callback_timeout=START_TIME)
-    answers = ask(client.scheduler.broadcast, msg={"op": "versions", "packages": []}, on_error="ignore")
-    for who, answer in {"the scheduler": ask(client.scheduler.versions), **answers}.items():
+    found = client.get_versions()
+    for who, answer in {"the scheduler": found["scheduler"], **found["workers"]}.items():
         packages = answer["packages"]
         require(who, "Python", _minor(packages["python"]), _minor(platform.python_version()))
         require(who, "Dask", packages["distributed"], importlib.metadata.version("distributed"))
@@ -455,9 +407,7 @@ def _check_versions(address: str, client: Any, tell: Callable[[str], object]) ->
                 hint="install the same elib there, with its extra learn",
             )
         require(who, "elib", there["elib"], here["elib"])
-        different = [
-            f"{name} {there.get(name)} instead of {ours}" for name, ours in here.items() if there.get(name) != ours
-        ]
+        different = [f"{name} {there[name]} instead of {ours}" for name, ours in here.items() if there[name] != ours]
         if different:
             tell(f"{who} has {', '.join(different)}: results may differ in their last digits")
 

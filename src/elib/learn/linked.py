@@ -25,6 +25,7 @@ from elib.robot.swarms.swarm import Swarm
 from elib.robot.watchdog import is_supported
 from elib.simulator.emulator.sim_transport import SimTransport, robots_of
 from elib.simulator.physics import Records, SensorView, Task, World
+from elib.simulator.physics.judging import Judgement
 from elib.simulator.physics.records import Robot, Setting
 from elib.simulator.worlds.writer import written_scene
 from elib.testing import world_of
@@ -155,6 +156,7 @@ class RewardCounter:
         self.is_begun = self.is_over = False
         self._task = task
         self._world = world
+        self._judgement = Judgement(task)
         self._ticks = 0
         self._earned = 0.0
 
@@ -171,9 +173,9 @@ class RewardCounter:
             world.readings(sensor)
         with _calibrated(world.records):
             for i in range(task.robots):
-                self._earned += task.reward(world.records, i)
+                self._earned += self._judgement.reward(world.records, i)
         self._ticks += 1
-        self.is_over = self._ticks == task.ticks or (task.is_over is not None and task.is_over(world.records))
+        self.is_over = self._ticks == task.ticks or self._judgement.is_over(world.records)
 
     def told(self) -> str:
         """Return the fitness of the episode in words, and whether that is enough."""
@@ -224,7 +226,7 @@ def play_on_robot(champion: Champion, url: str) -> float:
     parts = {"setting": [Setting(step=task.step)], "robots": [here], "views": [view]}
     records = Records(**dict.fromkeys(Records._fields, ()) | parts)  # type: ignore[arg-type]
     generation = task.scenes[0].model.generation
-    is_measured, earned = can_be_measured(champion), 0.0
+    is_measured, judgement, earned = can_be_measured(champion), Judgement(task), 0.0
 
     async def main(robot: Epuck) -> None:
         began = before = math.nan
@@ -237,8 +239,8 @@ def play_on_robot(champion: Champion, url: str) -> float:
             elif is_measured:
                 for sensor in champion.network.sensors:
                     setattr(view, sensor, getattr(seen, sensor))
-                earned += task.reward(records, 0) * (min(now, began + task.seconds) - before) / task.step
-                if task.is_over is not None and task.is_over(records):
+                earned += judgement.reward(records, 0) * (min(now, began + task.seconds) - before) / task.step
+                if judgement.is_over(records):
                     drive.cancel()
             if now >= began + task.seconds:
                 drive.cancel()

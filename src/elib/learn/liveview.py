@@ -39,17 +39,21 @@ class _Shown(Control):
         clock = SimpleNamespace(is_paused=False, rate=1.0, refusal="the program that learns runs this world")
         names = tuple(f"epuck-{index + 1}" for index in range(world.robots))
         super().__init__(cast("Simulation", SimpleNamespace(clock=clock, robots={}, names=names)))
+        parts = world.laid_out()
+        self._world = SimpleNamespace(floor=world.floor, laid_out=lambda: parts)
         self.see(world)
 
     def see(self, world: World) -> None:
         """Take over how the world is now."""
         self._seen, self._ambient = world.snapshot(beams=True), world.ambient
-        self._encoders = [world.encoders(robot) for robot in range(world.robots)]
+        robots = range(world.robots)
+        self._world.encoders = [world.encoders(robot) for robot in robots].__getitem__
+        self._world.zones_of = [world.zones_of(robot) for robot in robots].__getitem__
 
     @property
     def world(self) -> World:
         """What the page asks of a world beside its snapshot."""
-        return cast("World", SimpleNamespace(encoders=self._encoders.__getitem__))
+        return cast("World", self._world)
 
     @property
     def ambient(self) -> float:

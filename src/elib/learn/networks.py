@@ -22,7 +22,8 @@ from elib.base.rules import Choice, Number, Whole, nearest, shown
 from elib.learn.catalogue import variable_of
 from elib.learn.sensors import channels_of
 from elib.simulator.physics.controller import MAX_MEMORY, Controller
-from elib.simulator.physics.records import SENSORS, SensorView
+from elib.simulator.physics.observing import SENSED
+from elib.simulator.physics.records import SensorView
 from elib.simulator.physics.task import FASTEST
 
 Function: TypeAlias = Callable[[SensorView, Any, Any], None]
@@ -46,7 +47,7 @@ class Input:
     count: int
     zero: float  # the reading whose input is 0
     full: float  # the reading whose input is 1
-    take: Callable[[Any, int], float]  # names the sensor in its code: compiled code finds no names at run time
+    take: Callable[[Any, int], float]
 
 
 COMMON: Final = {"ground": 3, "microphones": 3}
@@ -56,22 +57,14 @@ REVERSED: Final = ("ambient_light", "distance")
 """Sensors that read less when it is brighter, or when something is nearer."""
 
 
-def _input(sensor: str, take: Callable[[Any, int], float]) -> Input:
+def _input(sensor: str) -> Input:
     channels = channels_of(sensor)
     low, high = channels[0].low, channels[0].high
     zero, full = (high, low) if sensor in REVERSED else (max(low, 0.0), high)
-    return Input(COMMON.get(sensor, len(channels)), zero, full, take)
+    return Input(COMMON.get(sensor, len(channels)), zero, full, SENSED[sensor])
 
 
-INPUTS: Final = {
-    "proximity": _input("proximity", lambda robot, s: robot.proximity[s]),
-    "ambient_light": _input("ambient_light", lambda robot, s: robot.ambient_light[s]),
-    "ground": _input("ground", lambda robot, s: robot.ground[s]),
-    "microphones": _input("microphones", lambda robot, s: robot.microphones[s]),
-    "distance": _input("distance", lambda robot, s: robot.distance),
-    "acceleration": _input("acceleration", lambda robot, s: robot.acceleration[s]),
-    "rotation": _input("rotation", lambda robot, s: robot.rotation),
-}
+INPUTS: Final = {sensor: _input(sensor) for sensor in SENSED}
 """The inputs that each sensor gives, in the order of :class:`~elib.simulator.physics.SensorView`.
 
 They are 0 to 1 over the range of the sensor (:func:`~elib.learn.sensors.channels_of`), and -1 to 1 for acceleration and
@@ -151,7 +144,7 @@ class Network(_Learned):
         object.__setattr__(self, "kind", Choice(KINDS).require(self.kind, "the kind of network"))
         self._check()
         if not self.sensors:
-            raise ArgumentError("a network needs a sensor", hint=f"choose from {', '.join(SENSORS)}")
+            raise ArgumentError("a network needs a sensor", hint=f"choose from {', '.join(INPUTS)}")
         Whole(0, MAX_HIDDEN).require(self.hidden, "hidden")
         if self.kind == "braitenberg" and self.hidden:
             raise ArgumentError(

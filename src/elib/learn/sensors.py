@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from elib.base.errors import ArgumentError
 from elib.link.protocol.values import AmbientLight, Distance, Ground, Microphones, Proximity, Reading, Role, describe
+from elib.simulator.physics.observing import Channel
 from elib.simulator.physics.sensors.acceleration import RANGE
 
 FASTEST_TURN = 5.0
@@ -20,15 +19,6 @@ READINGS: dict[str, type[Reading]] = {
     "distance": Distance,
 }
 """The sensors whose numbers are those of a command's reading."""
-
-
-class Channel(NamedTuple):
-    """One number of an observation or an action, and its range."""
-
-    name: str  # such as proximity_front_right
-    unit: str
-    low: float
-    high: float
 
 
 def channels_of(sensor: str) -> tuple[Channel, ...]:

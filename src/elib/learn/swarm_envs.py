@@ -25,8 +25,8 @@ except ImportError:
 class SwarmEnv(Environment, ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
     """A task as a PettingZoo parallel environment: the agents ``robot_0`` and so on decide at the same time.
 
-    Every agent observes what its own sensors read, and steers its own wheels. All episodes end together; then the infos
-    hold the ``fitness`` of the episode, which is the same for all, and ``is_success``.
+    Every agent observes what its own sensors read, and steers its own wheels. Its info is that of a
+    :class:`elib.learn.envs.TaskEnv`. All episodes end together, with the same fitness.
 
     Attributes:
         possible_agents: The names of all robots.
@@ -63,7 +63,7 @@ class SwarmEnv(Environment, ParallelEnv):  # type: ignore[misc]  # PettingZoo ha
         self._begin(seed)
         self.agents = list(self.possible_agents)
         self._show(is_new=True)
-        return self._observations(), {agent: {} for agent in self.agents}
+        return self._observations(), {agent: self._info(i) for i, agent in enumerate(self.agents)}
 
     def step(
         self, actions: dict[str, Floats32]
@@ -82,17 +82,17 @@ class SwarmEnv(Environment, ParallelEnv):  # type: ignore[misc]  # PettingZoo ha
         if actions.keys() != set(self.agents):
             raise ArgumentError(f"there are actions for {sorted(actions)}", hint=f"give one for each of {self.agents}")
         given = [require_shape(actions[agent], (2,)) for agent in self.agents]
-        outcome = self._decide(np.stack(given)[None])
+        rewards, is_over, is_late = self._decide(np.stack(given))
         self._show()
-        agents, has_ended = self.agents, bool(outcome.ended[0])
+        agents, has_ended = self.agents, is_over or is_late
         if has_ended:
             self.agents = []
         return (
             self._observations(),
-            dict(zip(agents, outcome.rewards[0].tolist(), strict=True)),
-            dict.fromkeys(agents, bool(outcome.terminated[0])),
-            dict.fromkeys(agents, bool(outcome.truncated[0])),
-            {agent: self._ending() if has_ended else {} for agent in agents},
+            dict(zip(agents, rewards, strict=True)),
+            dict.fromkeys(agents, is_over),
+            dict.fromkeys(agents, is_late),
+            {agent: self._info(i, has_ended=has_ended) for i, agent in enumerate(agents)},
         )
 
     def _observations(self) -> dict[str, Floats32]:

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 from typing import Any, Final, NamedTuple, TypeAlias
 
+from elib.base.body import METRES_PER_STEP
 from elib.simulator.physics.defects import damage
-from elib.simulator.physics.engine import Engine, call, kernel, phase
+from elib.simulator.physics.elementary import angle
+from elib.simulator.physics.engine import call, kernel, opened, phase
 from elib.simulator.physics.motion import turn_wheels
 from elib.simulator.physics.neighbours import list_near
 from elib.simulator.physics.noise import BROKEN, bits, numbered_key, uniform
 from elib.simulator.physics.packing import restore, world_at
-from elib.simulator.physics.records import Episode, Records, Shown
+from elib.simulator.physics.records import Records
 from elib.simulator.physics.sensors import sense
 from elib.simulator.physics.simulation import Law, advance
 from elib.simulator.physics.spawning import spawn
-from elib.simulator.physics.task import Task
 
 Judge: TypeAlias = Any
-"""What robots earn in a tick, and whether the episode is over, as kernels call it (:func:`judge_of`)."""
+"""A function of the kept course and the number of a world (:mod:`elib.simulator.physics.judging`)."""
+
+Kept: TypeAlias = Any
+"""A course in the short form in which kernels take it (:meth:`~elib.simulator.physics.engine.Engine.kept`)."""
 
 # Channels of an episode's key, beyond those of a robot for good (elib.simulator.physics.noise).
 SCENE: Final = 8192
@@ -39,9 +43,15 @@ class Course(NamedTuple):
     ranges: Any
     episodes: Any  # One record a world.
     memory: Any  # (worlds, robots, n): what the controllers remember.
+    remembered: Any  # (worlds, n): what the functions of the task remember.
+    fresh: Any  # (n,): that at the beginning of an episode.
     earned: Any  # (worlds, robots): what the robots earned in the last call.
+    observed: Any  # (worlds, robots, n): what the robots observe.
+    places: Any  # (worlds, robots, 4): x, y, m; heading, rad; 1 if the robot touches something.
+    progress: Any  # (worlds, 2): 1 if the task has ended the episode; ticks since it began.
     period: int  # Ticks between two decisions.
     ticks: int  # Of a full episode.
+    top_speed: float  # Of a wheel, m/s.
     sensors: int  # What the controllers see (elib.simulator.physics.sensors.chosen).
     reward_sensors: int  # What the rewards see.
 
@@ -83,6 +93,8 @@ def begin(course: Course, w: int, key: int) -> None:
             damage(robot, ranges[DEFECTS + 1 + bits(robot.key, BROKEN + 1) % (len(ranges) - DEFECTS - 1)])
         for n in range(len(course.memory[w][i])):
             course.memory[w][i][n] = 0.0
+    for n in range(len(course.fresh)):
+        course.remembered[w][n] = course.fresh[n]
 
 
 @kernel
@@ -103,25 +115,24 @@ def sense_robots(world: Records, sensors: int) -> None:
 
 
 @kernel
-def shown(world: Records) -> Shown:
-    """Return what a reward and an end may read."""
-    return Shown(
-        world.setting, world.robots, world.views, world.walls, world.discs, world.things, world.lamps, world.tones
-    )
+def observe(observer: Judge, kept: Kept, course: Course, world: Records, w: int) -> None:
+    """Write what there is to see of world *w* into the course."""
+    sense_robots(world, course.sensors)
+    call(observer, (kept, w))
+    course.progress[w][0] = course.episodes[w].is_over
+    course.progress[w][1] = course.episodes[w].tick
+    for i in range(len(world.robots)):
+        robot, place = world.robots[i], course.places[w][i]
+        place[0] = robot.x
+        place[1] = robot.y
+        place[2] = angle(robot.heading_x, robot.heading_y)
+        place[3] = 1.0 if robot.touched >= 0 else 0.0
 
 
 @kernel
-def run_period(judge: Judge, course: Course, world: Records, w: int) -> None:
-    """Let all robots of world *w* do what their views say, until the next decision or the end of the episode.
-
-    Args:
-        judge: What the robots earn, and whether the episode is over (:func:`judge_of`).
-        course: All worlds.
-        world: Those of world *w*.
-        w: Its number.
-    """
+def run_period(judge: Judge, kept: Kept, course: Course, world: Records, w: int) -> None:
+    """Let all robots of world *w* do what their views say, until the next decision or the end of the episode."""
     episode = course.episodes[w]
-    seen, earned = shown(world), course.earned[w]
     for tick in range(course.period + 1):
         if tick == episode.delay:
             for i in range(len(world.robots)):
@@ -132,16 +143,37 @@ def run_period(judge: Judge, course: Course, world: Records, w: int) -> None:
         episode.tick += 1
         for i in range(len(world.robots)):
             sense(world, i, course.reward_sensors)
-        call(judge, (seen, earned, episode))
+        call(judge, (kept, w))
         if episode.is_over:
             return
 
 
 @kernel
-def step_worlds(judge: Judge, course: Course, first: int, end: int, actions: Any, begins_again: int) -> None:
+def wanted(speed: float, top_speed: float) -> float:
+    """Return how a wheel is to turn, steps/s; what is not a number stands for 0."""
+    if speed > top_speed:
+        return top_speed / METRES_PER_STEP
+    if speed >= -top_speed:
+        return speed / METRES_PER_STEP
+    return -top_speed / METRES_PER_STEP if speed < -top_speed else 0.0
+
+
+@kernel
+def step_worlds(
+    judge: Judge, observer: Judge, kept: Kept, first: int, end: int, actions: Any, begins_again: int
+) -> None:
+    """Let worlds first..end - 1 pass a period (:func:`step_opened`)."""
+    step_opened(judge, observer, kept, opened(kept), first, end, actions, begins_again)
+
+
+# With the course as an argument, kernels run a fifth faster than where they open it themselves.
+@phase
+def step_opened(
+    judge: Judge, observer: Judge, kept: Kept, course: Course, first: int, end: int, actions: Any, begins_again: int
+) -> None:
     """Let worlds first..end - 1 pass a period with these actions; begin those again that had ended, if asked to.
 
-    An action is how the wheels of each robot of each world turn, steps/s: (worlds, robots, 2).
+    An action is the speeds of the wheels of each robot of each world, m/s: (worlds, robots, 2).
     """
     for w in range(first, end):
         episode = course.episodes[w]
@@ -150,18 +182,19 @@ def step_worlds(judge: Judge, course: Course, first: int, end: int, actions: Any
             course.earned[w][i] = 0.0
         if episode.is_over == 0 and episode.tick < course.ticks:
             for i in range(len(world.robots)):
-                world.views[i].left = actions[w][i][0]
-                world.views[i].right = actions[w][i][1]
-            run_period(judge, course, world, w)
+                world.views[i].left = wanted(actions[w][i][0], course.top_speed)
+                world.views[i].right = wanted(actions[w][i][1], course.top_speed)
+            run_period(judge, kept, course, world, w)
         elif begins_again:
             begin_next(course, w)
             world = world_at(course.worlds, w)
-        sense_robots(world, course.sensors)
+        observe(observer, kept, course, world, w)
 
 
 @kernel
-def begin_worlds(course: Course, chosen: Any, are_next: int) -> None:
+def begin_worlds(observer: Judge, kept: Kept, chosen: Any, are_next: int) -> None:
     """Begin the first episodes of the keys of these worlds, or the next ones."""
+    course = opened(kept)
     for n in range(len(chosen)):
         w = chosen[n]
         if are_next:
@@ -169,19 +202,26 @@ def begin_worlds(course: Course, chosen: Any, are_next: int) -> None:
         else:
             course.episodes[w].begun = 0
             begin(course, w, course.episodes[w].key)
-        sense_robots(world_at(course.worlds, w), course.sensors)
+        observe(observer, kept, course, world_at(course.worlds, w), w)
 
 
 @kernel
-def play_episodes(
-    law: Law, judge: Judge, course: Course, w: int, rows: Any, games: Any, fitness: Any, steps: Any
+def play_episodes(law: Law, judge: Judge, kept: Kept, w: int, rows: Any, games: Any, fitness: Any, steps: Any) -> None:
+    """Let every individual play every episode in world *w* (:func:`play_opened`)."""
+    play_opened(law, judge, kept, opened(kept), w, rows, games, fitness, steps)
+
+
+@phase
+def play_opened(
+    law: Law, judge: Judge, kept: Kept, course: Course, w: int, rows: Any, games: Any, fitness: Any, steps: Any
 ) -> None:
     """Let every individual play every episode in world *w*.
 
     Args:
         law: The control function.
         judge: What the robots earn, and whether an episode is over.
-        course: All worlds.
+        kept: All worlds.
+        course: The same.
         w: The world to play in.
         rows: Parameters, one row an individual.
         games: The episodes, of which only the keys are looked at.
@@ -201,7 +241,7 @@ def play_episodes(
                     world.views[i].left = 0.0
                     world.views[i].right = 0.0
                 call(law, (world.views, 0, count, rows[p : p + 1], course.memory[w]))
-                run_period(judge, course, world, w)
+                run_period(judge, kept, course, world, w)
             fitness[p][n] = 0.0
             steps[p][n][0] = 0.0
             steps[p][n][1] = 0.0
@@ -209,22 +249,3 @@ def play_episodes(
                 fitness[p][n] += course.earned[w][i] / count
                 steps[p][n][0] += world.robots[i].left_steps / count
                 steps[p][n][1] += world.robots[i].right_steps / count
-
-
-def judge_of(engine: Engine, task: Task, world: Shown) -> Judge:
-    """Return what a task judges a tick by, as kernels of *engine* call it for worlds such as this one."""
-    reward, is_over = task.reward, task.is_over or goes_on
-    scale = 1 / task.ticks if task.fitness == "mean" else 1.0
-
-    def judge(world: Any, earned: Any, episode: Episode) -> None:
-        for i in range(len(world.robots)):
-            earned[i] += reward(world, i) * scale
-        if is_over(world):
-            episode.is_over = 1
-
-    return engine.argument(judge, lambda: (world, *engine.table([[0.0]]), engine.records(Episode, [Episode()])[0]))
-
-
-def goes_on(world: Shown) -> bool:
-    """Return False: only time ends an episode."""
-    return False

@@ -39,6 +39,7 @@ from elib.simulator.physics.records import SIZE
 from elib.simulator.physics.usage import constants_of, used_by
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -119,6 +120,11 @@ def call(function: Callable[..., None], arguments: tuple[Any, ...]) -> None:
     function(*arguments)
 
 
+def opened(kept: Any) -> Any:
+    """Return what :meth:`Engine.kept` has kept."""
+    return kept
+
+
 def loop(count: int) -> range:
     """Return ``range(count)``: compiled with threads, its turns run at the same time. Only Python calls its kernel."""
     return range(count)
@@ -146,6 +152,12 @@ class Engine:
         # Without NumPy, which a program that only drives never loads.
         return rows.tolist() if hasattr(rows, "tolist") else [[float(number) for number in row] for row in rows]
 
+    def array(self, table: Any) -> NDArray[np.float64]:
+        """Return a :meth:`table` as an array: a copy."""
+        import numpy as np
+
+        return np.array(table, dtype=np.float64)
+
     def column(self, kind: type, rows: Sequence[Any], name: str) -> NDArray[Any]:
         """Return one field of all *rows*, records of one *kind*, as an array; compiled, it is the memory itself."""
         import numpy as np
@@ -157,17 +169,28 @@ class Engine:
         """Return these fields of all *rows*, numbers of Python: two or more."""
         return list(map(attrgetter(*names), rows))
 
-    def argument(self, function: Callable[..., None], like: Callable[[], tuple[object, ...]]) -> Any:
+    def argument(
+        self, function: Callable[..., None], like: Callable[[], tuple[object, ...]], *, checks_indices: bool = False
+    ) -> Any:
         """Return a function of the user in the form in which kernels take it, for :func:`call`.
 
         Args:
             function: The function.
             like: Returns such arguments as it will get.
+            checks_indices: Whether an index that is out of its range is an IndexError, compiled, too.
 
         Raises:
             SimulationError: It cannot be compiled.
         """
         return function
+
+    def kept(self, parts: R) -> R:
+        """Return a short form of a tuple of many arrays, whose kernels look into it by :func:`opened`.
+
+        Compiled, to pass so many arrays takes longer than a few ticks. The tuple must live as long as its short form,
+        and all that are kept must be of one type.
+        """
+        return parts
 
     def ready(self, function: F, *, threads: int = 1) -> F:
         """Return a kernel in the form in which this engine runs it.
@@ -240,10 +263,13 @@ class Compiled(Engine):
         """Return these fields, read at once."""
         return cast("list[tuple[Any, ...]]", cast("Any", rows)[list(names)].tolist())
 
-    def argument(self, function: Callable[..., None], like: Callable[[], tuple[object, ...]]) -> Any:
+    def argument(
+        self, function: Callable[..., None], like: Callable[[], tuple[object, ...]], *, checks_indices: bool = False
+    ) -> Any:
         """Return the address of the compiled function; if anything that it uses has changed it is compiled again."""
-        key = tuple(constants_of(cast("FunctionType", function), _kernels, set()))
+        key = (checks_indices, *constants_of(cast("FunctionType", function), _kernels, set()))
         with _one_compiler:
+            self._checks_indices = checks_indices
             if key not in self._addresses:
                 numba: Any = importlib.import_module("numba")
                 made = self._user_function(cast("FunctionType", function), {})
@@ -252,6 +278,15 @@ class Compiled(Engine):
                 address = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
                 self._addresses[key] = made, address
         return self._addresses[key][1]
+
+    def kept(self, parts: R) -> R:
+        """Return an array that holds what a compiled kernel gets of the tuple: pointers and shapes."""
+        import numpy as np
+
+        _kept_types[:] = [importlib.import_module("numba").typeof(parts)]
+        kept: Any = np.zeros(KEPT, np.int64)
+        self.ready(keep)(parts, kept)
+        return cast("R", kept)
 
     def ready(self, function: F, *, threads: int = 1) -> F:
         """Return what compiles the function at its first call, or finds it in the cache."""
@@ -282,7 +317,8 @@ class Compiled(Engine):
         if function not in built:
             built[function] = None
             copy = _copy(function, lambda value: self._stand_in(value, built))
-            built[function] = importlib.import_module("numba").njit(**OPTIONS, **USES["inner"], forceinline=True)(copy)
+            checked = {**OPTIONS, "boundscheck": self._checks_indices}
+            built[function] = importlib.import_module("numba").njit(**checked, **USES["inner"], forceinline=True)(copy)
         if built[function] is None:
             raise SimulationError(
                 f"{function.__qualname__!r} calls itself, which cannot be compiled",
@@ -292,8 +328,8 @@ class Compiled(Engine):
 
     def _stand_in(self, value: Any, built: dict[FunctionType, Any]) -> Any:
         """Return what stands for *value* in a compiled function: functions are compiled, too."""
-        if value is call:
-            return _caller()
+        if isinstance(value, FunctionType) and value in (call, opened, put):
+            return _intrinsics()[value]
         value = getattr(value, "py_func", value)  # Numba's own is compiled again, for this engine.
         if isinstance(value, MethodType) or (callable(value) and not hasattr(value, "__name__")):
             raise SimulationError(
@@ -323,17 +359,53 @@ class Compiled(Engine):
                 numba.set_num_threads(before)
 
 
-@cache
-def _caller() -> Any:
-    """Return what stands for :func:`call` in compiled kernels: it gets the address of a compiled function."""
-    numba: Any = importlib.import_module("numba")
-    extending: Any = importlib.import_module("numba.extending")
-    cgutils: Any = importlib.import_module("numba.core.cgutils")
+KEPT: Final = 1024
+"""Words of memory for what is kept: a course of episodes takes about 500."""
 
-    @extending.intrinsic  # type: ignore[untyped-decorator]
+_kept_types: list[Any] = []
+"""The one type of what is kept, as the compiler knows it."""
+
+
+def put(parts: Any, kept: Any) -> None:
+    """Write what a compiled kernel got of a tuple into an array."""
+
+
+@kernel
+def keep(parts: Any, kept: Any) -> None:
+    """Write what a compiled kernel gets of a tuple into an array."""
+    put(parts, kept)
+
+
+@cache
+def _intrinsics() -> dict[Callable[..., Any], Any]:
+    """Return what stands for :func:`call`, :func:`put` and :func:`opened` in compiled kernels."""
+    numba: Any = importlib.import_module("numba")
+    intrinsic: Any = importlib.import_module("numba.extending").intrinsic
+    cgutils: Any = importlib.import_module("numba.core.cgutils")
+    void = numba.types.void
+
+    def place(context: Any, builder: Any, array: Any, value: Any, kind: Any) -> Any:
+        """Return a pointer to the memory of an array as one to a value of a *kind*."""
+        like = context.get_value_type(kind)
+        assert context.get_abi_sizeof(like) <= 8 * KEPT
+        return builder.bitcast(context.make_array(array)(context, builder, value).data, like.as_pointer())
+
+    def parts_at(builder: Any, pointer: Any) -> Any:
+        """Return the value behind a pointer, each part loaded by itself: the compiler leaves out those of no use."""
+        kind = pointer.type.pointee
+        if not hasattr(kind, "elements") and not hasattr(kind, "count"):
+            return builder.load(pointer)
+        value = cgutils.get_null_value(kind)
+        for k in range(len(kind)):
+            value = builder.insert_value(value, parts_at(builder, cgutils.gep_inbounds(builder, pointer, 0, k)), k)
+        return value
+
+    @intrinsic  # type: ignore[untyped-decorator]
     def compiled_call(typing: Any, address: Any, arguments: Any) -> Any:
+        """Call the function at an address."""
+
         def lower(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            convention, void = context.call_conv, numba.types.void
+            convention = context.call_conv
             kind = convention.get_function_type(void, tuple(arguments)).as_pointer()
             function, given = builder.inttoptr(values[0], kind), cgutils.unpack_tuple(builder, values[1])
             status, _ = convention.call_function(builder, function, void, tuple(arguments), given)
@@ -341,9 +413,24 @@ def _caller() -> Any:
                 convention.return_status_propagate(builder, status)
             return context.get_dummy_value()
 
-        return numba.types.void(address, arguments), lower
+        return void(address, arguments), lower
 
-    return compiled_call
+    @intrinsic  # type: ignore[untyped-decorator]
+    def compiled_put(typing: Any, parts: Any, kept: Any) -> Any:
+        def lower(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            builder.store(values[0], place(context, builder, kept, values[1], parts))
+            return context.get_dummy_value()
+
+        return void(parts, kept), lower
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def compiled_opened(typing: Any, kept: Any) -> Any:
+        def lower(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            return parts_at(builder, place(context, builder, kept, values[0], signature.return_type))
+
+        return _kept_types[0](kept), lower
+
+    return {call: compiled_call, put: compiled_put, opened: compiled_opened}
 
 
 def _copy(function: FunctionType, replaced: Callable[[Any], Any]) -> FunctionType:

@@ -13,15 +13,24 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property, partial
+from types import FunctionType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from elib.base.body import METRES_PER_STEP
 from elib.base.errors import ArgumentError, SimulationError
 from elib.base.rules import Whole
 from elib.simulator.physics.controller import Controller
-from elib.simulator.physics.course import Course, Judge, begin_worlds, judge_of, play_episodes, shown, step_worlds
+from elib.simulator.physics.course import Course, Judge, Kept, begin_worlds, play_episodes, step_worlds
 from elib.simulator.physics.engine import INTERPRETED, EngineName, not_compiled
 from elib.simulator.physics.geometry import unit
+from elib.simulator.physics.judging import (
+    Judgement,
+    judge_of,
+    observed_count,
+    observer_of,
+    shape_of,
+    start_of,
+    takes_memory,
+)
 from elib.simulator.physics.noise import seed_key
 from elib.simulator.physics.packing import laid_out, room_for, world_at
 from elib.simulator.physics.placement import places
@@ -30,7 +39,7 @@ from elib.simulator.physics.scene import Scene, check_seed
 from elib.simulator.physics.sensors import chosen
 from elib.simulator.physics.simulation import law_of
 from elib.simulator.physics.task import Task
-from elib.simulator.physics.usage import fields_read
+from elib.simulator.physics.usage import constants_of, fields_read
 from elib.simulator.physics.world import World
 
 if TYPE_CHECKING:
@@ -54,6 +63,9 @@ DRAWN: Final = (
 
 COUNTED = ("walls", "discs", "things", "lamps")
 """Records of which scenes may have different numbers, and which a reward may read by their place."""
+
+REMEMBERED: Final = 'Task(memory={"visited": [0.0] * 100}, robot_memory={"energy": 1.0}), reward(world, i, memory)'
+"""How a task says what its functions remember, for hints."""
 
 SMALL = 2_000
 """Robot-ticks of a call below which threads cost more than they save."""
@@ -121,8 +133,13 @@ class Episodes:
     def _steered(self) -> Course:
         """The worlds for :meth:`step`: laid out when they are first asked for, because :meth:`play` needs none."""
         course = self._course(self.count, 0)
-        self._begin(course, self._seed, range(self.count))
+        self._begin(course, self._engine.kept(course), self._seed, range(self.count))
         return course
+
+    @cached_property
+    def _kept(self) -> Kept:
+        """The same in the short form for kernels."""
+        return self._engine.kept(self._steered)
 
     def reset(self, seed: int | None = 0, which: Sequence[int] | None = None) -> None:
         """Begin the first episodes of other seeds, or the next episodes.
@@ -140,14 +157,14 @@ class Episodes:
         chosen = (
             worlds if which is None else [Whole(0, self.count - 1).require(w, "the number of a world") for w in which]
         )
-        self._begin(self._steered, seed, chosen)
+        self._begin(self._steered, self._kept, seed, chosen)
 
-    def _begin(self, course: Course, seed: int | None, which: Sequence[int]) -> None:
+    def _begin(self, course: Course, kept: Kept, seed: int | None, which: Sequence[int]) -> None:
         if seed is not None:
             first = check_seed(seed)
             for w in which:
                 course.episodes[w].key = _episode_key(first + w)
-        self._run(begin_worlds, course, self._engine.ints(which), int(seed is None))
+        self._engine.ready(begin_worlds)(self._observer, kept, self._engine.ints(which), int(seed is None))
 
     def step(self, actions: ArrayLike, *, begin_again: bool = True) -> NDArray[np.float64]:
         """Let one period pass in every world.
@@ -164,28 +181,54 @@ class Episodes:
         """
         import numpy as np
 
-        task = self.task
-        given = np.asarray(actions, dtype=np.float64).reshape(self.count, task.robots, 2)
-        wanted = np.clip(given, -task.top_speed, task.top_speed) / METRES_PER_STEP
-        wanted[np.isnan(wanted)] = 0.0
-        table = self._engine.table(wanted)
-        cut = self._cuts(self.count, self.count * task.robots * task.ticks_a_period)
-        jobs = [
-            partial(self._run, step_worlds, self._judge, self._steered, first, end, table, int(begin_again))
-            for first, end in cut
-        ]
-        self._all(jobs)
-        return np.array(self._steered.earned, dtype=np.float64)
+        given = np.asarray(actions, dtype=np.float64).reshape(self.count, self.task.robots, 2)
+        kernel, how, cuts = self._stepping
+        table, begins = self._engine.table(given), int(begin_again)
+        try:
+            if len(cuts) == 1:
+                kernel(*how, 0, self.count, table, begins)
+            else:
+                self._all([partial(kernel, *how, *cut, table, begins) for cut in cuts])
+        except IndexError as error:
+            raise self._out_of_range() from error
+        return self._engine.array(self._steered.earned)
+
+    @cached_property
+    def _stepping(self) -> tuple[Callable[..., None], tuple[Any, ...], list[tuple[int, int]]]:
+        """The kernel of :meth:`step`, its first arguments, and the worlds of each thread."""
+        cuts = self._cuts(self.count, self.count * self.task.robots * self.task.ticks_a_period)
+        return self._engine.ready(step_worlds), (self._judge, self._observer, self._kept), cuts
 
     @property
     def is_over(self) -> NDArray[np.bool_]:
         """Whether the episode of each world was ended by the task, (worlds,)."""
-        return self._engine.column(Episode, self._steered.episodes, "is_over").astype(bool)
+        return self.progress[:, 0] > 0.0
 
     @property
     def ticks(self) -> NDArray[np.int64]:
         """Ticks of each world since its episode began, (worlds,)."""
-        return self._engine.column(Episode, self._steered.episodes, "tick").copy()
+        return self.progress[:, 1].astype(int)
+
+    @property
+    def progress(self) -> NDArray[np.float64]:
+        """Of each world 1 if the task has ended its episode, and the ticks since that began, (worlds, 2)."""
+        return self._engine.array(self._steered.progress)
+
+    @property
+    def observed(self) -> NDArray[np.float64]:
+        """What each robot observes now, (worlds, robots, n): readings of the task's sensors, then its observations."""
+        return self._engine.array(self._steered.observed)
+
+    @property
+    def places(self) -> NDArray[np.float64]:
+        """Where each robot is, (worlds, robots, 4): x and y, m; heading, rad; 1 if it touches something."""
+        return self._engine.array(self._steered.places)
+
+    @property
+    def memory(self) -> NDArray[Any]:
+        """What the task remembers, a record for each world: ``memory["energy"]`` holds a number of all of them."""
+        named: NDArray[Any] = self._steered.remembered.copy().view(shape_of(self.task))[:, 0]
+        return named
 
     def readings(self, sensor: str) -> NDArray[Any]:
         """Return what a sensor of the task reads now, (worlds, robots, n): n is 1 for a sensor of one number. A copy.
@@ -232,14 +275,18 @@ class Episodes:
         ticks = self.task.ticks * self.task.robots * count * len(seeds)
         cuts = self._cuts(count, ticks)
         course = self._course(len(cuts), rows.memory)
+        kept = self._engine.kept(course)
         table = self._engine.table(rows.parameters)
         jobs, results = [], []
         for w, (first, end) in enumerate(cuts):
             fitness, steps = np.zeros((end - first, len(seeds))), np.zeros((end - first, len(seeds), 2))
             results.append((fitness, steps))
-            arguments = (law, self._judge, course, w, table[first:end], games, fitness, steps)
-            jobs.append(partial(self._run, play_episodes, *arguments))
-        self._all(jobs)
+            arguments = (law, self._judge, kept, w, table[first:end], games, fitness, steps)
+            jobs.append(partial(self._engine.ready(play_episodes), *arguments))
+        try:
+            self._all(jobs)
+        except IndexError as error:
+            raise self._out_of_range() from error
         return Scores(*(np.concatenate([part[k] for part in results]) for k in (0, 1)))
 
     def _check_functions(self) -> None:
@@ -250,7 +297,7 @@ class Episodes:
         Raises:
             ArgumentError: One of them fails or reads what is not sensed, or the reward is not a finite number.
         """
-        self._check_sensed()
+        self._check_declared()
         kinds = {
             tuple(len(getattr(model.records, name)) for name in COUNTED): scene
             for model, scene in zip(reversed(self._models), reversed(self.task.scenes), strict=True)
@@ -258,10 +305,17 @@ class Episodes:
         for scene in kinds.values():
             self._check_in(scene)
 
-    def _check_sensed(self) -> None:
+    def _check_declared(self) -> None:
         task = self.task
-        for role, function in (("reward", task.reward), ("end", task.is_over)):
-            read = fields_read(function, set()) & frozenset(SENSORS) if function is not None else frozenset()
+        if not task.memory and not task.robot_memory:
+            for role, function, count in self._functions():
+                if takes_memory(function, count):
+                    raise ArgumentError(
+                        f"the {role} of task {task.name!r} takes a memory, and the task declares none",
+                        hint=f"name what it remembers, and how that begins: {REMEMBERED}",
+                    )
+        for role, function, _ in self._functions():
+            read = fields_read(function, set()) & frozenset(SENSORS)
             missing = tuple(sorted(read.difference(task.sensors, task.reward_sensors)))
             if missing:
                 raise ArgumentError(
@@ -276,37 +330,69 @@ class Episodes:
         world.step()
         for sensor in (*task.sensors, *task.reward_sensors):
             world.readings(sensor)
-        records: Any = shown(world.records)
-        before = repr((records.robots, records.views, records.things))  # unlike ==, it takes NaN for NaN
+        records: Any = world.records
+        judgement, before = Judgement(task), self._untouched(records)
         try:
-            earned = [float(task.reward(records, i)) for i in range(task.robots)]
-            if task.is_over is not None:
-                bool(task.is_over(records))
+            earned = [judgement.reward(records, i) for i in range(task.robots)]
+            judgement.is_over(records)
+            for number, own in enumerate(task.observe):
+                for i in range(task.robots):
+                    earned += [judgement.observe(records, number, i, k) for k in range(len(own.channels))]
         except Exception as error:
             hint = "a reward takes (world, i) and returns a number, an end takes (world) and returns True or False"
             if isinstance(error, AttributeError):
-                there = getattr(type(error.obj), "__dataclass_fields__", None) or getattr(error.obj, "_fields", ())
+                kind = error.obj
+                there = getattr(kind, "__dataclass_fields__", None) or getattr(kind, "_fields", ())
+                there = there or getattr(getattr(kind, "dtype", None), "names", None) or ()
                 hint = f"it has {', '.join(there)}" if there else hint
             raise ArgumentError(
                 f"a function of task {task.name!r} fails in the first tick: {error!r}", hint=hint
             ) from error
-        if repr((records.robots, records.views, records.things)) != before:
+        if self._untouched(records) != before:
             raise ArgumentError(
-                f"a function of task {task.name!r} changes the world in the first tick",
-                hint="a reward and an end only read; what they remember belongs into the controller's memory",
+                f"a function of task {task.name!r} changes the world, or a variable of its module, in the first tick",
+                hint="these functions only read; what they remember is declared, and cleared by every reset:"
+                f" {REMEMBERED}",
             )
         if not all(map(math.isfinite, earned)):
             raise ArgumentError(f"the reward of task {task.name!r} is {earned} in the first tick, not a finite number")
 
-    def _run(self, kernel: Callable[..., None], *arguments: Any) -> None:
-        """Run a kernel."""
-        self._engine.ready(kernel)(*arguments)
+    def _functions(self) -> list[tuple[str, Callable[..., object], int]]:
+        """Return the functions of the task, each with a word for it, and how many arguments it has without a memory."""
+        task = self.task
+        found: list[tuple[str, Callable[..., object], int]] = [("reward", task.reward, 2)]
+        found += [("end", task.is_over, 1)] if task.is_over is not None else []
+        return found + [("observation", each.function, 3) for each in task.observe]
+
+    def _untouched(self, records: Records) -> str:
+        """Return in words all that the functions of the task must not change."""
+        used = [
+            list(constants_of(each, set(), set())) for _, each, _ in self._functions() if isinstance(each, FunctionType)
+        ]
+        return repr((records.robots, records.views, records.things, used))  # unlike ==, it takes NaN for NaN
+
+    def _out_of_range(self) -> ArgumentError:
+        return ArgumentError(
+            f"a function of task {self.task.name!r} uses an index that is out of its range",
+            hint=f"bound it, as by min and max; to see where, use {INTERPRETED}",
+        )
 
     @cached_property
     def _judge(self) -> Judge:
         """What the kernels call after each tick."""
         with self._compiling():
-            return judge_of(self._engine, self.task, shown(self._models[0].records))
+            return judge_of(self._engine, self.task, self._like)
+
+    @cached_property
+    def _observer(self) -> Judge:
+        """What the kernels call for what the robots observe."""
+        with self._compiling():
+            return observer_of(self._engine, self.task, self._like)
+
+    @cached_property
+    def _like(self) -> Kept:
+        """Something like what those get."""
+        return self._engine.kept(self._course(1, 0))
 
     @contextmanager
     def _compiling(self) -> Iterator[None]:
@@ -323,7 +409,8 @@ class Episodes:
                 raise
             raise SimulationError(
                 f"task {self.task.name!r} cannot be compiled: {reason}",
-                hint=f"keep to numbers, loops and comparisons, make no lists or arrays, or use {INTERPRETED}",
+                hint="keep to numbers, loops and comparisons, make no lists or arrays; what lasts is declared:"
+                f" {REMEMBERED}",
             ) from error
 
     def _all(self, jobs: Sequence[Callable[[], None]]) -> None:
@@ -374,15 +461,22 @@ class Episodes:
             **self._scenes,
             episodes=self._engine.records(Episode, [Episode() for _ in range(count)]),
             memory=self._engine.table(np.zeros((count, robots, memory))),
+            remembered=np.tile(start_of(task), (count, 1)),
+            fresh=start_of(task),
             earned=self._engine.table(np.zeros((count, robots))),
+            observed=self._engine.table(np.zeros((count, robots, observed_count(task)))),
+            places=self._engine.table(np.zeros((count, robots, 4))),
+            progress=self._engine.table(np.zeros((count, 2))),
             period=task.ticks_a_period,
             ticks=task.ticks,
+            top_speed=task.top_speed,
             sensors=chosen(task.sensors),
             reward_sensors=chosen(task.reward_sensors),
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        return {key: value for key, value in vars(self).items() if key != "_judge"} | {"_pool": None}
+        made = ("_judge", "_observer", "_like", "_kept", "_stepping")  # of this process
+        return {key: value for key, value in vars(self).items() if key not in made} | {"_pool": None}
 
 
 def _episode_key(seed: int) -> int:

@@ -429,18 +429,5 @@ class Records(NamedTuple):
     # pens drew, for each cell of the map of zones: colour + 1, or 0.
 
 
-class Shown(NamedTuple):
-    """What a reward and an end see of :class:`Records`: few parts, because each is passed at every call."""
-
-    setting: Sequence[Setting]
-    robots: Sequence[Robot]
-    views: Sequence[SensorView]
-    walls: Sequence[Segment]
-    discs: Sequence[Disc]
-    things: Sequence[Thing]
-    lamps: Sequence[Lamp]
-    tones: Sequence[Tone]
-
-
 SENSORS = tuple(entry.name for entry in fields(SensorView) if SENSOR in entry.metadata)
 """Names of all sensors."""

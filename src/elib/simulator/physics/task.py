@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP, step_rate
 from elib.base.errors import ArgumentError
-from elib.base.rules import Number, Probability, Text, Whole, check, fields_of
+from elib.base.rules import Number, Probability, Text, Whole, check, fields_of, shown
 from elib.simulator.physics.body import QUALITIES, EpuckModel
 from elib.simulator.physics.defects import Defect
-from elib.simulator.physics.records import SENSORS, Records
+from elib.simulator.physics.observing import Observation
+from elib.simulator.physics.records import SENSORS
 from elib.simulator.physics.scene import Scene
 
-Reward: TypeAlias = Callable[[Records, int], float]
-"""What robot *i* earned in the last tick, from ``(world, i)``."""
+Reward: TypeAlias = Callable[..., float]
+"""What robot *i* earned in the last tick, from ``(world, i)``, or ``(world, i, memory)``."""
 
-Ending: TypeAlias = Callable[[Records], bool]
-"""Whether an episode is over before its time, from ``(world,)``."""
+Ending: TypeAlias = Callable[..., bool]
+"""Whether an episode is over before its time, from ``(world,)``, or ``(world, memory)``."""
 
 Range: TypeAlias = tuple[float, float]
 """The lowest and the highest value of a number that is drawn evenly between them."""
@@ -93,9 +95,14 @@ class Task:
     The reward function is called as ``reward(world, i)`` after every tick, for each robot. It reads the records of the
     world (``Records``): ``world.robots[i].x``, ``.before_x`` (one tick ago), ``.heading_x``,
     ``.left_speed`` (m/s), ``world.views[i].proximity``; and of the scene ``world.things[0].x`` (what can be pushed),
-    ``world.lamps[0].x`` (lights) and ``world.tones[0].x`` (sounds); it has ``setting``, ``walls`` and ``discs``, too,
-    and no other part. It must change nothing. It is plain Python that Numba compiles, like the function of a
-    :class:`~elib.simulator.physics.controller.Controller`.
+    ``world.lamps[0].x`` (lights), ``world.tones[0].x`` (sounds), and ``setting``, ``walls`` and ``discs``. It is plain
+    Python that Numba compiles, like the function of a :class:`~elib.simulator.physics.controller.Controller`.
+
+    It changes nothing but the task's memory, if there is one, which it then takes as a third argument:
+    ``reward(world, i, memory)``. Each number has a name and its value at the beginning of every episode, or an array of
+    such values. Those of the world are ``memory.name``, those of each robot ``memory.name[i]``. The functions
+    ``is_over(world, memory)`` and those of observations may take it too. Within a tick the rewards of the robots are
+    asked for in their order, and then whether the episode is over.
 
     Attributes:
         name: A short name, such as ``avoid``.
@@ -105,6 +112,9 @@ class Task:
         sensors: What a controller sees: names of fields of :class:`~elib.simulator.physics.records.SensorView`.
         reward_sensors: What the reward and the end read of the robots' views; these are sensed in every tick.
         is_over: Whether the episode ends now, before its time; None if only time ends it.
+        memory: Numbers that the functions remember of the world, such as ``{"visited": [0.0] * 100}``.
+        robot_memory: Numbers that they remember of each robot, such as ``{"energy": 1.0}``.
+        observe: What environments show beside the sensors (:class:`~elib.simulator.physics.observing.Observation`).
         robots: How many share a world.
         fitness: What an episode's fitness is: with ``"mean"`` the sum of the rewards over the ticks of a full episode,
             with ``"sum"`` the sum of the rewards. In both, the mean over the robots.
@@ -124,6 +134,9 @@ class Task:
     sensors: tuple[str, ...] = ("proximity",)
     reward_sensors: tuple[str, ...] = ()
     is_over: Ending | None = None
+    memory: Mapping[str, Any] = field(default_factory=dict)
+    robot_memory: Mapping[str, Any] = field(default_factory=dict)
+    observe: tuple[Observation, ...] = ()
     robots: Annotated[int, Whole(1)] = 1
     fitness: Literal["mean", "sum"] = "mean"
     solved: float = math.inf
@@ -143,6 +156,7 @@ class Task:
                 raise ArgumentError(
                     f"task {self.name!r}: there is no sensor {sensor!r}", hint=f"choose from {', '.join(SENSORS)}"
                 )
+        self._check_memory()
         for scene in self.scenes:
             ticks = self.period / scene.step
             if abs(ticks - round(ticks)) > 1e-6 or round(ticks) < 1:
@@ -162,6 +176,20 @@ class Task:
                 f"task {self.name!r}: a latency of {self.randomisation.latency[1]} s is longer than its period",
                 hint=f"at most {self.period} s",
             )
+
+    def _check_memory(self) -> None:
+        """Check names and starts of what is remembered; arrays become lists."""
+        names = [*self.memory, *self.robot_memory]
+        for name in names:
+            if not name.isidentifier() or name.startswith("_") or names.count(name) > 1:
+                raise ArgumentError(
+                    f"task {self.name!r} remembers {name!r}, which cannot be the name of a number, or is taken",
+                    hint="give each number a name of its own, of letters, digits and underscores",
+                )
+        for option in ("memory", "robot_memory"):
+            given = getattr(self, option)
+            starts = {name: _start(start, f"{option}[{name!r}] of task {self.name!r}") for name, start in given.items()}
+            object.__setattr__(self, option, starts)
 
     @property
     def step(self) -> float:
@@ -190,3 +218,17 @@ class Task:
 
     def __repr__(self) -> str:
         return f"<Task {self.name}: {self.summary}>"
+
+
+def _start(given: Any, what: str) -> Any:
+    """Return the start of what is remembered: a number, or a list, perhaps of lists."""
+    import numpy as np
+
+    with contextlib.suppress(TypeError, ValueError):  # no numbers, or rows of different lengths
+        start = np.asarray(given, np.float64)
+        if start.size and np.isfinite(start).all():
+            return start.tolist()
+    raise ArgumentError(
+        f"{what} is {shown(given)}; it must be a finite number, or an array of such numbers",
+        hint='such as memory={"visited": [[0.0] * 10] * 10}, robot_memory={"energy": 1.0}',
+    )
