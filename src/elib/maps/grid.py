@@ -379,7 +379,7 @@ class Grid:
 
 
 def check_grid(map: object) -> None:  # noqa: A002
-    """Raise ArgumentError if that is no map."""
+    """Raise ArgumentError unless that is a map."""
     if not isinstance(map, Grid):
         raise ArgumentError(
             f"the map is {map!r}; it must be an elib.Grid",
