@@ -68,11 +68,11 @@ def named(file: str) -> str:
     return file.removesuffix(".py").removesuffix(ENDING)
 
 
-def to_csv(marked: Marked) -> str:
+def to_csv(rows: Sequence[Sequence[str]]) -> str:
     """Return the rows as CSV for a spreadsheet."""
     out = io.StringIO()
     # A spreadsheet calculates what begins like a formula, and names and remarks come from students.
-    csv.writer(out).writerows([[f"'{c}" if c[:1] in tuple("=+-@") else c for c in row] for row in to_rows(marked)])
+    csv.writer(out).writerows([[f"'{c}" if c[:1] in tuple("=+-@") else c for c in row] for row in rows])
     return out.getvalue()
 
 
@@ -154,13 +154,18 @@ def _details(index: int, mark: Mark) -> str:
 
 
 def _figure(run: MarkedRun) -> str:
+    return f"<figure><figcaption>{escape(run.variant)}</figcaption>{run.picture}{told(run)}</figure>"
+
+
+def told(run: MarkedRun) -> str:
+    """Return what happened in a run, in HTML."""
     goals = "".join(
         f'<li class="{"all" if each.holds else "none"}"><b>{escape(each.goal.name)}</b>'
         f" {'holds' if each.holds else 'fails'}: {escape(each.text)}</li>"
         for each in run.goals
     )
     remark = f"<p>{escape(run.remark)}</p>" if run.remark else ""
-    return f"<figure><figcaption>{escape(run.variant)}</figcaption>{run.picture}{remark}<ul>{goals}</ul></figure>"
+    return f"{remark}<ul>{goals}</ul>"
 
 
 def _anchor(name: str) -> str:
