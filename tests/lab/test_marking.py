@@ -159,10 +159,17 @@ def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
     found = mark_one(lab, school, "ben", HONEST + "robot.drve(1)\n")
     assert found.points == 3
     assert found.remarks == [
-        "it ended with exit code 1: AttributeError: 'BlockingEpuck' object has no attribute 'drve'. "
+        "it ended with exit code 1 in line 5 of ben.py: AttributeError: 'BlockingEpuck' object has no attribute 'drve'. "
         "Did you mean: 'drive'? (given)"
     ]
     assert "AttributeError" in found.output
+
+
+def test_a_goal_that_fails_is_a_remark_and_one_that_only_needs_it_is_not(lab: Path, school: Path) -> None:
+    (school / "honest.py").write_text("import elib\nwith elib.connect() as robot:\n    robot.drive(0.05)\n")
+    (submission,) = find_submissions(school)
+    (remark,) = mark(lab, submission, safe=False).remarks
+    assert re.fullmatch(r"ahead: ended 0\.0\d\d m ahead .* of its start \(given\)", remark)
 
 
 @isolated
@@ -170,7 +177,7 @@ def test_a_file_elsewhere_is_not_there_and_the_remark_says_so(lab: Path, school:
     found = mark_one(lab, school, "dora", HONEST + "open('/home/dora/data.csv')\n")
     assert found.points == 3
     assert found.remarks == [
-        "it ended with exit code 1: FileNotFoundError: [Errno 2] No such file or directory: "
+        "it ended with exit code 1 in line 5 of dora.py: FileNotFoundError: [Errno 2] No such file or directory: "
         "'/home/dora/data.csv' (given)"
     ]
 
@@ -180,7 +187,8 @@ def test_a_file_elsewhere_is_not_there_and_the_remark_says_so(lab: Path, school:
 def test_an_error_of_elib_is_told_by_itself_and_not_by_its_hint(lab: Path, school: Path) -> None:
     found = mark_one(lab, school, "ben", HONEST + "    robot.drive(40)\n")
     assert found.remarks == [
-        "it ended with exit code 1: elib.ArgumentError: distance is 40 m; it must be a number from -5 to 5 m (given)"
+        "it ended with exit code 1 in line 5 of ben.py: elib.ArgumentError: distance is 40 m; it must be a number "
+        "from -5 to 5 m (given)"
     ]
     assert "did you mean 0.4 (40 cm)" in found.output
 

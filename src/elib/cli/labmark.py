@@ -8,20 +8,16 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from elib.base.errors import ArgumentError
 from elib.base.exits import FAILED
 from elib.base.files import write_file
-from elib.base.plaintext import plain
 from elib.base.rules import Whole
 from elib.cli.arguments import AsJson, option
-from elib.cli.terminal import LiveLine, print_json, say
+from elib.cli.terminal import LiveLine, grid, print_json, say, table
 from elib.lab import Lab, find_lab, load_lab
 from elib.lab.marking import Mark, mark_all
-from elib.lab.marksheet import named, to_csv, to_html, to_json, to_rows
+from elib.lab.marksheet import to_csv, to_html, to_json, to_rows
 from elib.lab.mistakes import is_mistake, wrong_claim
 from elib.lab.sandbox import check_walls
 from elib.lab.similar import similar
@@ -75,6 +71,7 @@ def mark(
         count += 1
         line.tell(f"{count} of {total} marked: {mark.name}")
 
+    line.tell(f"0 of {total} marked")
     marked: list[tuple[Lab, list[Mark]]] = []
     wrong: list[str] = []
     try:
@@ -122,12 +119,7 @@ def _wrong(lab: Lab, submissions: Sequence[Submission], marks: Sequence[Mark]) -
 
 def _print(marked: Sequence[tuple[Lab, Sequence[Mark]]]) -> None:
     heading, *rows = to_rows(marked)
-    cheats = {named(plain(mark.name)) for _, marks in marked for mark in marks if mark.broke}
-    if not any(row[-1] for row in rows):
-        heading, rows = heading[:-1], [row[:-1] for row in rows]
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for name in heading:
-        table.add_column(name, overflow="fold", no_wrap=name not in ("remarks", "similar"))
-    for row in rows:
-        table.add_row(*(Text(cell) for cell in row), style="red" if named(row[0]) in cheats else "")
-    Console().print(table)
+    print(grid(heading[:-2], [row[:-2] for row in rows]))
+    notes = [(name, note) for name, *_, said, alike in rows for note in (said, alike and f"similar: {alike}") if note]
+    if notes:
+        print(f"\n{table(notes, indent=0)}")
