@@ -15,6 +15,7 @@ from hostile import HONEST, HOSTILE, runs
 from labs_for_tests import WORLD
 
 from elib.base.errors import ArgumentError
+from elib.cli.labmark import print_table
 from elib.lab import load_lab
 from elib.lab.marking import Mark, mark, mark_all
 from elib.lab.marksheet import to_html
@@ -374,6 +375,27 @@ def test_several_labs_make_one_table_with_a_row_for_each_student(lab: Path, scho
         done = run(command(*words))
         assert done.returncode == 2
         assert said in done.stderr
+
+
+def test_the_table_breaks_no_word_of_a_remark_where_there_is_no_terminal(
+    lab: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    remark = "it ended with exit code 1 in line 4 of ben.py: elib.ArgumentError: distance is 40 m (given)"
+    goals = {"ahead": 0, "end": 0}
+    print_table([(load_lab(lab), [Mark("ben.py", 0, 4, goals, remarks=[remark], alike={"honest.py": 94})])])
+    shown = capsys.readouterr().out
+    assert max(map(len, shown.splitlines())) <= 80
+    assert remark in " ".join(shown.split())
+    assert "similar: honest.py (94 %)" in shown
+
+
+def test_the_page_says_what_failed_in_which_variant_and_in_which_one_it_printed(lab: Path, school: Path) -> None:
+    (school / "honest.py").write_text(HONEST.replace("0.10", "0.05") + "print('done')\nstop\n")
+    (submission,) = find_submissions(school)
+    page = to_html(load_lab(lab, hidden=True), [mark(lab, submission, safe=False)])
+    assert "what it printed in hidden" in page
+    assert re.search(r'<tr class="remarks"><td colspan="5">it ended .* in line 6 of honest.py: NameError', page)
+    assert "1 submission in 2 variants: 0 with all points" in page
 
 
 MISTAKES = {

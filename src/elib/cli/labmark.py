@@ -92,7 +92,7 @@ def mark(
     if json:
         print_json(to_json(task, marks) if len(marked) == 1 else {"labs": [to_json(*each) for each in marked]})
     else:
-        _print(marked)
+        print_table(marked)
     for text in wrong:
         say(f"error: {text}")
     if wrong:
@@ -117,7 +117,8 @@ def _wrong(lab: Lab, submissions: Sequence[Submission], marks: Sequence[Mark]) -
             yield f"{mark.name}: {found}"
 
 
-def _print(marked: Sequence[tuple[Lab, Sequence[Mark]]]) -> None:
+def print_table(marked: Sequence[tuple[Lab, Sequence[Mark]]]) -> None:
+    """Print the numbers as a table, and what there is to say of each submission below: it needs the width."""
     heading, *rows = to_rows(marked)
     print(grid(heading[:-2], [row[:-2] for row in rows]))
     notes = [(name, note) for name, *_, said, alike in rows for note in (said, alike and f"similar: {alike}") if note]

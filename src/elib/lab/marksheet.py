@@ -7,7 +7,7 @@ import io
 from collections.abc import Sequence
 from html import escape
 
-from elib.base.plaintext import plain
+from elib.base.plaintext import counted, plain
 from elib.lab import Lab
 from elib.lab.marking import Mark, MarkedRun
 from elib.lab.result import ENDING
@@ -121,10 +121,8 @@ def to_json(lab: Lab, marks: Sequence[Mark]) -> dict[str, object]:
 def _summary(lab: Lab, marks: Sequence[Mark]) -> str:
     full = sum(mark.points == mark.most for mark in marks)
     broke = sum(bool(mark.broke) for mark in marks)
-    return (
-        f"{len(marks)} submissions in {len(lab.variants)} variants. {full} of them hold all goals;"
-        f" {broke} broke the rules of the link."
-    )
+    told = f"{counted(len(marks), 'submission')} in {counted(len(lab.variants), 'variant')}"
+    return f"{told}: {full} with all points, {broke} broke the rules of the link."
 
 
 def _row(row: list[str], mark: Mark, goals: slice) -> str:
@@ -192,7 +190,7 @@ a {{ color: inherit; }}
 section {{ border-top: 1px solid var(--line); margin-top: 2rem; }}
 .runs {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(min(16rem, 100%), 1fr)); gap: 1.5rem; }}
 figure {{ margin: 0; }} figcaption {{ font-weight: 600; margin-bottom: .3rem; }}
-figure svg {{ width: 100%; height: auto; border-radius: .4rem; border: 1px solid var(--line); }}
+figure svg {{ box-sizing: border-box; width: 100%; height: auto; border-radius: .4rem; border: 1px solid var(--line); }}
 .machine svg {{ width: auto; max-width: 100%; background: #fff; }}
 @media (max-width: 40rem) {{ table {{ font-size: .85rem; }} th, td {{ padding: .3rem .25rem; }} }}
 ul {{ padding-left: 1.1rem; }} li {{ overflow-wrap: anywhere; }}
