@@ -3,6 +3,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import pty
 import re
 import shutil
 import signal
@@ -160,8 +161,8 @@ def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
     found = mark_one(lab, school, "ben", HONEST + "robot.drve(1)\n")
     assert found.points == 3
     assert found.remarks == [
-        "it ended with exit code 1 in line 5 of ben.py: AttributeError: 'BlockingEpuck' object has no attribute 'drve'. "
-        "Did you mean: 'drive'? (given)"
+        "it ended with exit code 1 in line 5 of ben.py: AttributeError: 'BlockingEpuck' object has no attribute 'drve'"
+        ". Did you mean: 'drive'? (given)"
     ]
     assert "AttributeError" in found.output
 
@@ -375,6 +376,19 @@ def test_several_labs_make_one_table_with_a_row_for_each_student(lab: Path, scho
         done = run(command(*words))
         assert done.returncode == 2
         assert said in done.stderr
+
+
+def test_a_terminal_is_told_from_the_beginning_how_many_are_marked(lab: Path, school: Path) -> None:
+    (school / "honest.py").write_text("")
+    ours, theirs = pty.openpty()
+    try:
+        words = command(school, "--lab", lab, "--unsafe", "--jobs", 1)
+        subprocess.run(words, stdout=subprocess.DEVNULL, stderr=theirs, timeout=PATIENCE, check=True)
+        told = os.read(ours, 65536).decode()
+    finally:
+        os.close(ours)
+        os.close(theirs)
+    assert told.index("0 of 1 marked") < told.index("1 of 1 marked: honest.py")
 
 
 def test_the_table_breaks_no_word_of_a_remark_where_there_is_no_terminal(

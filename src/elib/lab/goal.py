@@ -227,8 +227,8 @@ def judge(goals: Sequence[Goal], trace: Trace, refusal: str = "") -> tuple[GoalR
         holds, text = alone[goal.name]
         missing = [name for name in goal.needs if not alone[name][0]] if holds else []
         if missing:
-            goals = f"goal{'' if len(missing) == 1 else 's'} {' and '.join(missing)}"
-            text = f"{MISSED}{goals} failed ({text})"
+            named = f"goal{'' if len(missing) == 1 else 's'} {' and '.join(missing)}"
+            text = f"{MISSED}{named} failed ({text})"
         found.append(GoalResult(goal, holds and not missing, text))
     return tuple(found)
 
