@@ -1,4 +1,5 @@
-"""How well a robot knows where it is, comes where it is told to, and maps where it never was: in the world ``maze``.
+"""How well a robot knows where it is, comes where it is told to, and maps where it never was: in the world ``maze``,
+and in ``arena``, where walls are far from each other.
 
 Robots are typical ones, drawn by a seed each, and so are the places where they are put. Whether a robot is right is
 asked of the world. Robot time is simulated: a minute of it takes some seconds.
@@ -30,7 +31,7 @@ from elib.maps.grid import KNOWN
 from elib.simulator.physics import World
 from elib.testing import simulated, simulation_of
 
-WORLD = "maze"
+WORLD, WIDE = "maze", "arena"
 ROOM = 0.008
 """m around a robot where it is put."""
 NEAR, ASIDE = 0.03, math.radians(10)
@@ -49,9 +50,9 @@ GOAL = 1.3, 1.3
 # -- what all share ----------------------------------------------------------------------------------------------------
 
 
-def url(firmware: str, fault: str, seed: int) -> str:
+def url(firmware: str, fault: str, seed: int, world: str = WORLD) -> str:
     """Return the URL of a drawn robot."""
-    return f"sim://{WORLD}?speed=max&quality=typical&seed={seed}&firmware={firmware}" + (
+    return f"sim://{world}?speed=max&quality=typical&seed={seed}&firmware={firmware}" + (
         f"&fault={fault}" if fault else ""
     )
 
@@ -174,7 +175,7 @@ def go(link: str, seed: int) -> dict[str, float]:
 # -- maps --------------------------------------------------------------------------------------------------------------
 
 
-def explore(link: str, seed: int, seconds: float = 300.0) -> dict[str, float]:
+def explore(link: str, seed: int, world_name: str = WORLD, seconds: float = 300.0) -> dict[str, float]:
     """Draw a map from nothing, and compare it with the world's."""
     found: dict[str, float] = {}
 
@@ -195,7 +196,7 @@ def explore(link: str, seed: int, seconds: float = 300.0) -> dict[str, float]:
             real = truth(robot)
             believed = robot.motion.odometry.pose
             found["took"] = ended
-            found.update(compared(grid, elib.Grid.of_world(WORLD), believed, real))
+            found.update(compared(grid, elib.Grid.of_world(world_name), believed, real))
 
     simulated(main)()
     return found
@@ -242,13 +243,16 @@ LINKS += (("epuck2-wifi", ""),)
 """Firmwares and links. The script of faults is one of Bluetooth."""
 
 
-@quick(robots=2, maps=1)
-def measured(robots: int = 50, maps: int = 10, seed: int = 40, processes: int = 2, only: str = "") -> Tables:
+@quick(robots=2, maps=1, wide=0)
+def measured(
+    robots: int = 50, maps: int = 10, wide: int = 2, seed: int = 40, processes: int = 2, only: str = ""
+) -> Tables:
     """Let drawn robots find where they are, drive through the maze, and draw it.
 
     Args:
         robots: How many find their place, are put elsewhere, and drive through the maze, of each firmware and link.
         maps: How many draw a map; over the link without faults.
+        wide: How many of them draw one of the wide room, too.
         seed: What the robots' own seeds are drawn by.
         processes: How many work at once.
         only: What the firmware and the faults, behind a comma, begin with.
@@ -257,16 +261,23 @@ def measured(robots: int = 50, maps: int = 10, seed: int = 40, processes: int = 
     for firmware, fault in LINKS:
         if f"{firmware},{fault}".startswith(only):
             with ProcessPoolExecutor(processes) as pool:
-                tables = _table(pool, firmware, fault, seeds[:robots], [] if fault else seeds[:maps])
+                tables = _table(pool, firmware, fault, seeds[:robots], [] if fault else seeds[:maps], wide)
             yield f"{firmware}{f', {fault}' if fault else ''}", tables
 
 
-def _table(pool: ProcessPoolExecutor, firmware: str, fault: str, seeds: list[int], drawing: list[int]) -> Table:
+def _table(
+    pool: ProcessPoolExecutor, firmware: str, fault: str, seeds: list[int], drawing: list[int], wide: int
+) -> Table:
     links = [url(firmware, fault, each) for each in seeds]
     found = list(pool.map(locate, links, seeds))
     moved = list(pool.map(partial(locate, is_kidnapped=True), links, seeds))
     driven = list(pool.map(go, links, seeds))
-    drawn = list(pool.map(explore, [url(firmware, fault, each) for each in drawing], drawing))
+    drawn = {
+        world: list(
+            pool.map(partial(explore, world_name=world), [url(firmware, fault, each, world) for each in of], of)
+        )
+        for world, of in ((WORLD, drawing), (WIDE, drawing[:wide]))
+    }
 
     def median(rows: list[dict[str, float]], name: str) -> float:
         return statistics.median(row[name] for row in rows)
@@ -291,13 +302,14 @@ def _table(pool: ProcessPoolExecutor, firmware: str, fault: str, seeds: list[int
         "touched": sum(row["touches"] > 0 for row in driven),
         "off cm": 100 * median(driven, "error"),
     }
-    if drawn:
-        table["map drawn"] = {
-            "robots": len(drawn),
-            "good": sum(row["right"] >= 0.95 for row in drawn),
-            "right %": 100 * median(drawn, "right"),
-            "wrong %": 100 * median(drawn, "wrong"),
-        }
+    for world, rows in drawn.items():
+        if rows:
+            table[f"map of {world} drawn"] = {
+                "robots": len(rows),
+                "good": sum(row["right"] >= 0.95 for row in rows),
+                "right %": 100 * median(rows, "right"),
+                "wrong %": 100 * median(rows, "wrong"),
+            }
     return table
 
 

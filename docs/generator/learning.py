@@ -23,11 +23,11 @@ FUNCTIONS = (learn.all_tasks, learn.find_task, learn.find_controller, learn.load
 
 REWARDS = """## What a reward sees
 
-A reward is called as `reward(world, i)` after every tick, an end as `is_over(world)`. They read the fields below and
-change nothing. `world.views[i]` holds what robot *i* senses, the fields of [`SensorView`](simulator.md). A sensor is
-read in every tick if `reward_sensors` names it, and only before each decision if only `sensors` names it; a reward that
-reads another one is refused. `world.setting[0].tick` counts the ticks of the episode, and `.step` is the length of one,
-s.
+A reward is called as `reward(world, i)` after every tick, an end as `is_over(world)`; of a task with a memory as
+`reward(world, i, memory)` and `is_over(world, memory)`. They read the fields below and change nothing but the memory.
+`world.views[i]` holds what robot *i* senses, the fields of [`SensorView`](simulator.md). A sensor is read in every
+tick if `reward_sensors` names it, and only before each decision if only `sensors` names it; a reward that reads
+another one is refused. `world.setting[0].tick` counts the ticks of the episode, and `.step` is the length of one, s.
 """
 RECORDS = (
     ("world.robots[i]", Robot),

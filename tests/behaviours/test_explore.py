@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from played import played
 
@@ -90,3 +91,26 @@ def test_without_a_straight_wall_beside_it_the_heading_is_not_told() -> None:
     for others in (along(0.0, 12, bend=4.0), along(0.0, 12, beside=NEAR + 0.01), along(0.0, int(50 * STRETCH))):
         straight = Straight()
         assert [straight(*each) for each in others][-1] is None
+
+
+def test_most_walls_tell_what_stands_at_right_angles_not_the_first_one() -> None:
+    straight = Straight()
+    for each in along(0.6, 20):  # a box in the room
+        straight(*each)
+    assert straight.direction == pytest.approx(0.6)
+    for each in along(0.0, 40, bend=0.05):
+        heading = straight(*each)
+    assert straight.direction == pytest.approx(0.0, abs=0.01)
+    assert heading == pytest.approx(0.0, abs=0.01)
+    assert [straight(*each) for each in along(0.6, 12)][-1] is None, "now the box is what is slanted"
+
+
+@pytest.mark.long
+def test_it_goes_from_what_stands_in_a_room_to_the_walls_and_draws_them_straight(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    grid, _, _ = explored(tmp_path, monkeypatch, "arena", 120)
+    rows, columns = grid.occupied.nonzero()
+    axes = ((math.cos(turn), math.sin(turn)) for turn in np.radians(range(90)))
+    turned = [max(np.ptp(columns * x - rows * y), np.ptp(columns * y + rows * x)) for x, y in axes]
+    assert 0.95 < min(turned) * grid.cell < 1.1, "a room of 1 m"

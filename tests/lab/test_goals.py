@@ -147,6 +147,7 @@ TOGETHER = [
     ('kind = "score"\nleast = 3\nrobot = 1', "robots[1].drive(0.0)", True, "3 points, 100% energy"),
     ('kind = "score"\nenergy = 0.5', "robots[1].drive(0.0)", False, "robot 2: 0 points, 100% energy"),
     ('kind = "stands"', "robots[1].set_speed(0.1, 0.1); os._exit(0)", False, "robot 2: its wheels still turn"),
+    ('kind = "outdoes"', "robots[1].drive(0.0)", False, "there is no other program"),
     ('kind = "stands"\nrobot = 1', "robots[1].set_speed(0.1, 0.1); os._exit(0)", True, "its wheels stand"),
 ]
 

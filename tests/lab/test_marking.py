@@ -19,7 +19,7 @@ from elib.base.errors import ArgumentError
 from elib.cli.labmark import print_table
 from elib.lab import load_lab
 from elib.lab.marking import Mark, mark, mark_all
-from elib.lab.marksheet import to_html
+from elib.lab.marksheet import to_html, to_rows
 from elib.lab.sandbox import LIMITS, Limits, family
 from elib.lab.submissions import find_submissions
 from shared import PATIENCE, run, wait_until
@@ -396,7 +396,7 @@ def test_the_table_breaks_no_word_of_a_remark_where_there_is_no_terminal(
 ) -> None:
     remark = "it ended with exit code 1 in line 4 of ben.py: elib.ArgumentError: distance is 40 m (given)"
     goals = {"ahead": 0, "end": 0}
-    print_table([(load_lab(lab), [Mark("ben.py", 0, 4, goals, remarks=[remark], alike={"honest.py": 94})])])
+    print_table(to_rows([(load_lab(lab), [Mark("ben.py", 0, 4, goals, remarks=[remark], alike={"honest.py": 94})])]))
     shown = capsys.readouterr().out
     assert max(map(len, shown.splitlines())) <= 80
     assert remark in " ".join(shown.split())

@@ -126,9 +126,10 @@ def test_a_lost_connection_ends_the_run_and_says_how_it_goes_on(
         open_executor(cluster=scheduler) as executor,
         pytest.raises(LinkLost, match="the connection to the scheduler is lost") as caught,
     ):
+        client = executor._client  # type: ignore[attr-defined]
+        comm = client.scheduler_comm.comm
         for _ in executor.run(orbit, [(k, 1000) for k in range(8)]):
-            client = executor._client  # type: ignore[attr-defined]
-            client.loop.add_callback(client.scheduler_comm.comm.abort)
+            client.loop.add_callback(comm.abort)  # the client has none after the first
     assert "the same command again" in str(caught.value.hint)
 
 

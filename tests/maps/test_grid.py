@@ -115,6 +115,9 @@ def test_a_saved_map_opens_as_the_same_map(tmp_path: Path) -> None:
 
 def test_files_that_are_no_map_are_named_with_what_to_write(tmp_path: Path) -> None:
     picture, beside = tmp_path / "room.png", tmp_path / "room.toml"
+    with pytest.raises(ArgumentError, match=r"room.png cannot be read"):
+        elib.Grid.open(picture)
+    picture.write_bytes(b"no picture")
     with pytest.raises(ArgumentError, match=r"room.toml cannot be read"):
         elib.Grid.open(picture)
     for text in ("cell = 0.01", "cell = 0.01\norigin = 3", "origin = [0, 0]\ncell = 5.0", "["):
@@ -122,11 +125,18 @@ def test_files_that_are_no_map_are_named_with_what_to_write(tmp_path: Path) -> N
         with pytest.raises(ArgumentError):
             elib.Grid.open(picture)
     beside.write_text("cell = 0.01\norigin = [0.0, 0.0]\n")
-    picture.write_bytes(b"no picture")
     with pytest.raises(ArgumentError, match="is not a picture"):
         elib.Grid.open(picture)
     with pytest.raises(ArgumentError, match="cell"):
         elib.Grid(1.0)
+
+
+def test_a_name_in_place_of_a_map_is_refused_with_what_opens_it() -> None:
+    with pytest.raises(ArgumentError) as caught:
+        elib.Localiser("explored.png")  # type: ignore[arg-type]
+    assert "elib.Grid.open" in str(caught.value.hint)
+    with elib.connect("sim://square?speed=max") as robot, pytest.raises(ArgumentError, match=r"must be an elib\.Grid"):
+        robot.go_to(0.1, 0.1, map="explored.png")  # type: ignore[arg-type]
 
 
 def test_a_map_becomes_a_world_with_the_same_walls(tmp_path: Path) -> None:

@@ -41,7 +41,7 @@ def test_it_leads_round_a_box_and_through_no_gap_that_is_too_narrow() -> None:
     grid = elib.Grid.of_world(
         Scene(1.0, 1.0, boxes=(Box(0.5, (0.8 - gap) / 2, 0.1, 0.8 - gap), Box(0.5, 0.9, 0.1, 0.2)))
     )
-    with pytest.raises(NoWay, match="no way leads from"):
+    with pytest.raises(NoWay, match="no way leads to"):
         way(grid, (0.2, 0.5), (0.8, 0.5))
     free = elib.Grid.of_world(Scene(1.0, 1.0, boxes=(Box(0.5, 0.4, 0.1, 0.8),)))
     places = [(0.2, 0.5), *way(free, (0.2, 0.5), (0.8, 0.5))]

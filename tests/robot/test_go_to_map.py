@@ -68,12 +68,12 @@ def test_it_drives_through_the_maze_and_touches_nothing(firmware: str) -> None:
 def test_it_goes_round_a_box_that_is_not_on_the_map(tmp_path: Path) -> None:
     grid = elib.Grid.of_world(elib.Scene.load(world_with(tmp_path, "")[6:].partition("?")[0]))
     url = world_with(tmp_path, "[[box]]\nposition = [0.3, 0.5]\nsize = [0.05, 0.2]\n")
-    with elib.connect(url) as robot:
+    with elib.connect(url.replace("seed=3", "seed=1")) as robot:  # its wheels differ by half a standard deviation
         world = placed(robot)
         for goal in (GOAL, (0.15, 0.4), GOAL):
             pose = robot.go_to(*goal, map=grid)
-            assert off(world, *goal) < 0.06, "in the open, it sees little"
-            assert 0.02 < pose.uncertainty < 0.1, "and says so"
+            assert off(world, *goal) < 0.03
+            assert 0.02 < pose.uncertainty < 0.06, "in the open, it sees little"
 
 
 def test_what_blocks_every_way_is_an_error_and_the_robot_stands(tmp_path: Path) -> None:

@@ -19,5 +19,5 @@ export async function keep(
     </>
   );
   const saved = (await confirmed(title, "Save", body)) ? await save(name) : undefined;
-  if (saved) toast(`Saved as ${saved.name}. Open it as ${saved.url}`, true);
+  if (saved) toast(`Saved as ${saved.name}. ${saved.url} opens the world.`, true);
 }

@@ -10,6 +10,8 @@ import { number } from "../look/text";
 import { can, hello, type Robot } from "../store";
 import type { Place, RobotMap } from "./map";
 
+const [ABOVE, BELOW] = [40, 56]; // px that the pose and the legend take
+
 type Point = [x: number, y: number];
 
 const inkOf = computed(() => (isDark(), inks("grid", "faint", "trail", "floor", "wall", "ink")));
@@ -25,11 +27,11 @@ function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, map:
       Math.min(...ys) - 0.1,
       Math.max(...ys) + 0.1,
     ],
-    scale = Math.min((width - 40) / (right - left), (height - 40) / (high - low));
+    scale = Math.min((width - 40) / (right - left), (height - ABOVE - BELOW) / (high - low));
   if (Math.min(width, height) < 60) return; // there is no room for a picture
   const at: Place = (x, y) => [
     width / 2 + (x - (left + right) / 2) * scale,
-    height / 2 - (y - (low + high) / 2) * scale,
+    (height + ABOVE - BELOW) / 2 - (y - (low + high) / 2) * scale,
   ];
   // Where the robot was nothing stands, also where nobody looked meanwhile.
   const way = new Path2D();
@@ -72,8 +74,11 @@ export function Path({ robot }: { robot: Robot }) {
     if (pose) paint(canvas.current!, [...robot.trail, [pose[0], pose[1]]], pose[2], robot.map);
   }, [tick, isDark()]);
   const save = () =>
-    keep("Save this map", "A picture, and a world that the simulator opens.", "room", (name) =>
-      robot.ask("save_map", { name }),
+    keep(
+      "Save this map",
+      "A picture for elib.Grid.open(), and a world for the simulator. The places are those of the wheels, which drift.",
+      "room",
+      (name) => robot.ask("save_map", { name }),
     );
   return (
     <div class="path">
@@ -87,7 +92,11 @@ export function Path({ robot }: { robot: Robot }) {
         <i class="met" aria-hidden="true" /> something there
         <i class="free" aria-hidden="true" /> free
         <i class="unseen" aria-hidden="true" /> not seen yet
-        {can().files && <Button weight="quiet" icon={Save} label="Save map …" disabled={!robot.map} act={save} />}
+        {can().files && (
+          <Button weight="quiet" icon={Save} disabled={!robot.map} act={save}>
+            Save map …
+          </Button>
+        )}
       </p>
     </div>
   );

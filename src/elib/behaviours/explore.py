@@ -27,7 +27,11 @@ TURN_RATE = 1.5
 MAX_LOOSE = 1.5
 """m without a wall after which it looks for what is unknown instead."""
 AROUND, HOME = 0.6, 0.05
-"""m that it has driven at least when it is back, and from where it began then: the way round a post is shorter."""
+"""m that it has driven at least when it is back, and from where it began then."""
+DOUBT, BACK = 0.05, 0.3
+"""m of uncertainty from which it goes back to a wall that it knows, and m that it then drives along that."""
+MAX_ISLANDS, OFF = 4, 0.15
+"""How many things it goes round before it comes to the wall round all of them, and m that it drives off each."""
 STRETCH, NEAR = 0.10, 0.055
 """m along a wall that tell its direction, and from it."""
 STRAIGHT, SLANTED = 0.06, 0.35
@@ -54,7 +58,13 @@ async def draw(robot: Epuck, grid: Grid, *, pace: float = 0.08) -> None:
         guide = await asyncio.to_thread(Guide, robot, grid, pace, TURN_RATE, draws=True)
         try:
             await guide.look_round()
-            await _along_walls(guide, min(pace / WHEEL_CIRCUMFERENCE, MAX_CRUISE))
+            straight, cruise = Straight(), min(pace / WHEEL_CIRCUMFERENCE, MAX_CRUISE)
+            for _ in range(MAX_ISLANDS):
+                if not await _along_walls(guide, straight, cruise):
+                    break
+                here = guide.estimate.pose
+                with contextlib.suppress(NoWay):
+                    await guide.drive_to((here.x - OFF * math.sin(here.heading), here.y + OFF * math.cos(here.heading)))
             while (
                 goal := await asyncio.to_thread(
                     frontier, grid, (guide.estimate.pose.x, guide.estimate.pose.y), given_up
@@ -64,40 +74,61 @@ async def draw(robot: Epuck, grid: Grid, *, pace: float = 0.08) -> None:
                     await guide.drive_to(goal, functools.partial(is_seen, grid, goal))
                 if not is_seen(grid, goal):
                     given_up.append(goal)
+                here = guide.estimate.pose
+                if here.uncertainty > DOUBT and straight.places:
+                    wall = min(straight.places, key=lambda place: math.dist(place, (here.x, here.y)))
+                    with contextlib.suppress(NoWay):
+                        await guide.drive_to(wall)
+                    await _along_walls(guide, straight, cruise, BACK)
         finally:
             robot.motion.odometry.pose = guide.estimate.pose
 
 
-async def _along_walls(guide: Guide, cruise: float) -> None:
-    """Follow the wall on the right until the robot is where it was, or has found none: most of a map in one go."""
-    wheels, driven, loose = STANDING, 0.0, 0.0
+async def _along_walls(guide: Guide, straight: Straight, cruise: float, far: float = math.inf) -> bool:
+    """Follow the wall on the right until the robot is where it was, or has found none, or for *far* m.
+
+    Return whether it went round something that stands in the room: it then has turned right, all in all.
+    """
+    wheels, driven, loose, turned = STANDING, 0.0, 0.0, 0.0
     first: Pose | None = None
     before = guide.estimate.pose
-    straight, is_straight = Straight(), False
-    while loose < MAX_LOOSE and (first is None or driven < AROUND or apart(first, before) > HOME):
+    while loose < MAX_LOOSE and (
+        first is None or driven < min(AROUND, far) or (driven < far and apart(first, before) > HOME)
+    ):
         await guide.look()
         here = guide.estimate.pose
-        way, before = apart(here, before), here
+        way, turn, before = apart(here, before), here.heading - before.heading, here
+        turned += math.remainder(turn, math.tau)
         driven, loose = driven + way, 0.0 if sees_wall(guide.near) else loose + way
-        if first is None and not loose:
-            first, driven = here, 0.0
-        heading = straight(here, wall_distance(guide.near.right))
+        direction, heading = straight.direction, straight(here, wall_distance(guide.near.right))
+        is_new = straight.direction != direction
+        if is_new:  # what was drawn before may be turned against it
+            guide.known.odds[:] = 0
+            straight.places.clear()
+            await asyncio.to_thread(guide.localiser.renew)
+        if is_new or (first is None and not loose):
+            first, driven, turned = here, 0.0, 0.0
         if heading is not None:
-            if not is_straight:  # what was drawn before may be turned against it
-                guide.known.odds[:] = 0
-                await asyncio.to_thread(guide.localiser.renew)
-            is_straight = True
+            straight.places.append((here.x, here.y))
             guide.localiser.turn_to(heading, STRAIGHT)
         wheels = follow(guide.near, wheels, cruise=cruise, is_lost=first is None)
         await guide.roll(wheels)
+    return first is not None and turned < 0
 
 
 class Straight:
-    """Tells the heading beside a wall, if all walls stand at right angles to the first one."""
+    """Tells the heading beside a wall, if that stands at right angles to most of the walls so far.
+
+    Attributes:
+        direction: That of most walls, rad, without whole right angles; None before the first one.
+        places: Where the robot was beside them, m.
+    """
 
     def __init__(self) -> None:
+        self.direction: float | None = None
+        self.places: list[tuple[float, float]] = []
         self._looks: list[tuple[Pose, float]] = []
-        self._first: float | None = None
+        self._lengths: dict[float, float] = {}  # m of walls in each direction; slanted things have their own
 
     def __call__(self, pose: Pose, distance: float) -> float | None:
         """Return the heading at *pose*, rad; None if the last stretch was not straight along a wall.
@@ -106,6 +137,7 @@ class Straight:
             pose: Where the robot thinks to be.
             distance: How far the wall beside it is, m.
         """
+        step = apart(self._looks[-1][0], pose) if self._looks else 0.0
         self._looks.append((pose, distance))
         while apart(self._looks[0][0], pose) > STRETCH:
             del self._looks[0]
@@ -119,19 +151,22 @@ class Straight:
         # Along the wall it came nearer or went away by this angle; the headings on the way were about as much aside.
         aside = math.atan2(beside[-1] - beside[0], way)
         wall = pose.heading + sum(turned) / len(turned) - aside
-        if self._first is None:
-            self._first = wall
-        off = math.remainder(wall - self._first, math.tau / 4)
-        return None if abs(off) > SLANTED else pose.heading - off
+        known = min(self._lengths, key=lambda each: abs(math.remainder(wall - each, math.tau / 4)), default=wall)
+        if abs(math.remainder(wall - known, math.tau / 4)) > SLANTED:
+            known = wall
+        self._lengths[known] = self._lengths.get(known, STRETCH) + step
+        self.direction = max(self._lengths, key=self._lengths.__getitem__)
+        return None if known != self.direction else pose.heading - math.remainder(wall - known, math.tau / 4)
 
 
 @behaviour(world="maze", group="vehicles")
 async def explore(robot: Epuck, run: RunContext, *, pace: Pace = 0.08) -> None:
     """Explore an unknown arena and leave a map of it, explored.png and explored.toml; earlier ones are replaced.
 
-    First it follows the wall on the right, once round, then it drives to what is still unknown. Walls that stand at
-    nearly right angles are drawn so: that keeps the map straight, though no robot's wheels are alike. In a wide room in
-    which it sees no wall for long the map bends.
+    First it follows the wall on the right, once round, then it drives to what is still unknown. If it went round
+    something that stands in the room, it looks for the walls of the room first. Most walls are taken to stand at right
+    angles: that keeps the map straight, though no robot's wheels are alike. Where it has seen no wall for long, it goes
+    back to one before it drives on.
 
     Args:
         robot: The robot to drive.

@@ -84,7 +84,9 @@ class Trace:
     # which LEDs of the ring were on: for each tick a number for each robot, with a bit for each LED
     lit: Sequence[Sequence[int]] = ()
     speeds: Sequence[tuple[float, float]] = ()  # speeds of each robot's wheels at the end, m/s: left and right
-    earned: Sequence[tuple[float, float]] = ()  # points of each robot at the end, and what is left of its energy, 0..1
+    # points of each robot at the end, how long it had energy, s, and what is left of that, 0..1
+    earned: Sequence[tuple[float, float, float]] = ()
+    rivals: Sequence[tuple[float, float, float]] = ()  # the same of the other program's robots in a game
     # where the middle of each box and cylinder with a name is at the end, m
     things: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     zones: Mapping[str, Zone] = field(default_factory=dict)

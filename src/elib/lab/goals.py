@@ -409,8 +409,25 @@ class Score(Goal):
         return f"The robot earns {self.least:g} points{f' and keeps {self.energy:.0%} energy' if self.energy else ''}."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
-        score, energy = trace.earned[robot]
+        score, _, energy = trace.earned[robot]
         return score >= self.least and energy >= self.energy, f"{score:g} points, {energy:.0%} energy"
+
+
+@kind("outdoes")
+class Outdoes(Goal):
+    """In a game the program's robots end with more points than those of the other program.
+
+    With as many points, those with energy for longer are ahead; if that is equal too, those with more energy left.
+    """
+
+    says = "The robot has more points than the other one, or energy for longer, or more energy left."
+
+    def _judge(self, trace: Trace) -> Finding:
+        sides = [tuple(map(math.fsum, zip(*side, strict=True))) for side in (trace.earned, trace.rivals)]
+        if not sides[1]:
+            return False, "there is no other program"
+        own, other = (f"{side[0]:g} points, {side[1]:.1f} s, {side[2]:.0%} energy" for side in sides)
+        return sides[0] > sides[1], f"{own}; the other one {other}"
 
 
 @kind("says")

@@ -68,11 +68,11 @@ def named(file: str) -> str:
     return file.removesuffix(".py").removesuffix(ENDING)
 
 
-def to_csv(marked: Marked) -> str:
+def to_csv(rows: Sequence[Sequence[str]]) -> str:
     """Return the rows as CSV for a spreadsheet."""
     out = io.StringIO()
     # A spreadsheet calculates what begins like a formula, and names and remarks come from students.
-    csv.writer(out).writerows([[f"'{c}" if c[:1] in tuple("=+-@") else c for c in row] for row in to_rows(marked)])
+    csv.writer(out).writerows([[f"'{c}" if c[:1] in tuple("=+-@") else c for c in row] for row in rows])
     return out.getvalue()
 
 
@@ -80,7 +80,10 @@ def to_html(lab: Lab, marks: Sequence[Mark]) -> str:
     """Return a page that needs nothing beside it: the table, and each run with its picture and what happened."""
     heading, *rows = _rows_of(lab, marks)
     goals = slice(3, 3 + len(lab.goals))
-    head = "".join(f"<th>{escape(cell)}</th>" for cell in ("submission", "points", *heading[goals], ""))
+    head = (
+        "".join(f"<th>{escape(cell)}</th>" for cell in ("submission", "points", *heading[goals]))
+        + '<th class="rest"></th>'
+    )
     body = "".join(_row(row, mark, goals) for row, mark in zip(rows, marks, strict=True))
     return PAGE.format(
         title=escape(lab.title),
@@ -154,13 +157,18 @@ def _details(index: int, mark: Mark) -> str:
 
 
 def _figure(run: MarkedRun) -> str:
+    return f"<figure><figcaption>{escape(run.variant)}</figcaption>{run.picture}{told(run)}</figure>"
+
+
+def told(run: MarkedRun) -> str:
+    """Return what happened in a run, in HTML."""
     goals = "".join(
         f'<li class="{"all" if each.holds else "none"}"><b>{escape(each.goal.name)}</b>'
         f" {'holds' if each.holds else 'fails'}: {escape(each.text)}</li>"
         for each in run.goals
     )
     remark = f"<p>{escape(run.remark)}</p>" if run.remark else ""
-    return f"<figure><figcaption>{escape(run.variant)}</figcaption>{run.picture}{remark}<ul>{goals}</ul></figure>"
+    return f"{remark}<ul>{goals}</ul>"
 
 
 def _anchor(name: str) -> str:
@@ -182,7 +190,7 @@ body {{ font: 16px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 75r
 .wide {{ overflow-x: auto; }}
 table {{ border-collapse: collapse; }}
 th, td {{ text-align: left; padding: .3rem .7rem; border-top: 1px solid var(--line); vertical-align: top; }}
-th:last-child {{ width: 100%; }} .remarks td {{ border: 0; padding-top: 0; overflow-wrap: anywhere; }}
+th.rest {{ width: 100%; }} .remarks td {{ border: 0; padding-top: 0; overflow-wrap: anywhere; }}
 td:nth-child(2) {{ white-space: nowrap; font-variant-numeric: tabular-nums; }}
 a {{ color: inherit; }}
 .all {{ color: var(--all); }} .none {{ color: var(--none); }} .some {{ color: var(--some); }}

@@ -23,7 +23,7 @@ from elib.learn.catalogue import variable_of
 from elib.learn.sensors import channels_of
 from elib.simulator.physics.controller import MAX_MEMORY, Controller
 from elib.simulator.physics.observing import SENSED
-from elib.simulator.physics.records import SENSORS, SensorView
+from elib.simulator.physics.records import SensorView
 from elib.simulator.physics.task import FASTEST
 
 Function: TypeAlias = Callable[[SensorView, Any, Any], None]
@@ -64,7 +64,7 @@ def _input(sensor: str) -> Input:
     return Input(COMMON.get(sensor, len(channels)), zero, full, SENSED[sensor])
 
 
-INPUTS: Final = {sensor: _input(sensor) for sensor in SENSORS}
+INPUTS: Final = {sensor: _input(sensor) for sensor in SENSED}
 """The inputs that each sensor gives, in the order of :class:`~elib.simulator.physics.SensorView`.
 
 They are 0 to 1 over the range of the sensor (:func:`~elib.learn.sensors.channels_of`), and -1 to 1 for acceleration and
@@ -144,7 +144,7 @@ class Network(_Learned):
         object.__setattr__(self, "kind", Choice(KINDS).require(self.kind, "the kind of network"))
         self._check()
         if not self.sensors:
-            raise ArgumentError("a network needs a sensor", hint=f"choose from {', '.join(SENSORS)}")
+            raise ArgumentError("a network needs a sensor", hint=f"choose from {', '.join(INPUTS)}")
         Whole(0, MAX_HIDDEN).require(self.hidden, "hidden")
         if self.kind == "braitenberg" and self.hidden:
             raise ArgumentError(

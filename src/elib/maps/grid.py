@@ -38,6 +38,7 @@ KNOWN: Final = 0.5
 """Logarithm of the odds from which a square counts as occupied, and below minus which as free."""
 SIGHT: Final = 0.06 + SENSOR_RADIUS
 """m from the middle of the robot that a reading reaches."""
+LINES: Final = 'the file beside the picture has two lines, such as "cell = 0.01" and "origin = [0.0, 0.0]", in m'
 BLOCK: Final = 50
 """Squares by which a map grows."""
 
@@ -304,17 +305,17 @@ class Grid:
 
         from PIL import Image
 
+        content = read_file(path, "the map", largest=100_000_000)
         beside = Path(path).with_suffix(".toml")
-        text = read_file(beside, "the map's file", largest=10_000, hint="it has the lines cell and origin")
+        text = read_file(beside, "the map's file", largest=10_000, hint=LINES)
         try:
             told = tomllib.loads(text.decode())
             (x, y), grid = map(float, told["origin"]), cls(told["cell"])
         except (ValueError, KeyError, TypeError) as error:
             raise ArgumentError(
                 f"{beside} does not say where the map is: {error}",
-                hint='write two lines: "cell = 0.01" and "origin = [0.0, 0.0]", m',
+                hint=LINES,
             ) from None
-        content = read_file(path, "the map", largest=100_000_000)
         try:
             with Image.open(io.BytesIO(content)) as picture:
                 if picture.width * picture.height > MAX_CELLS:
@@ -375,6 +376,15 @@ class Grid:
         rows, columns = self.odds.shape
         known = f"{int(self.occupied.sum())} occupied, {int(self.free.sum())} free"
         return f"<Grid of {columns} x {rows} squares of {self.cell:g} m: {known}>"
+
+
+def check_grid(map: object) -> None:  # noqa: A002
+    """Raise ArgumentError unless that is a map."""
+    if not isinstance(map, Grid):
+        raise ArgumentError(
+            f"the map is {map!r}; it must be an elib.Grid",
+            hint='elib.Grid.open("room.png") opens a map, elib.Grid.of_world("maze") takes that of a world',
+        )
 
 
 def rectangles(taken: NDArray[np.bool_]) -> Iterable[tuple[int, int, int, int]]:

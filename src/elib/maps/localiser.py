@@ -13,7 +13,7 @@ from elib.base.body import AXLE, AXLE_SPREAD, RADIUS, SENSOR_DIRECTIONS, SENSOR_
 from elib.base.errors import ArgumentError
 from elib.base.infrared import LIGHT, MIN_COUNT, NINE_IN_TEN, REACH, SETBACK, wall_distance
 from elib.base.pose import Pose, apart
-from elib.maps.grid import Grid
+from elib.maps.grid import Grid, check_grid
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -51,6 +51,8 @@ GROUND: Final = ((0.030, 0.009), (0.030, 0.0), (0.030, -0.009))
 DARK: Final = 0.8
 """Part of the most that a ground sensor has read, below which it is over something dark: over black, 95 in 100 read 0.6
 of what they read over white (measured-robots: ground.thirty_robots), and pale floors 0.9."""
+SAME, SAME_TURN = 0.005, 0.02
+"""m and rad by which a place stays wrong, however often the robot looks: gains do not change."""
 STRIDE, TURN = 0.005, math.radians(3)
 """m driven or rad turned from one look to the next: the same reading again says nothing new."""
 BEND: Final = math.sqrt(2) * WHEEL_SPREAD / AXLE
@@ -109,6 +111,9 @@ class Localiser:
         seed: Seed of its random numbers.
         is_carried: Whether it may be put elsewhere. False keeps the guesses together while the map itself is drawn.
 
+    Attributes:
+        nearer: Share of the readings that are nearer than the map says: what stands there and is not on it.
+
     Example:
         >>> grid = elib.Grid.of_world("maze")
         >>> localiser = elib.Localiser(grid, elib.Pose(0.1, 0.1, math.pi / 2))
@@ -121,7 +126,9 @@ class Localiser:
     """
 
     def __init__(self, map: Grid, pose: Pose | None = None, *, seed: int = 0, is_carried: bool = True) -> None:  # noqa: A002
+        check_grid(map)
         self.map = map
+        self.nearer = STRAY
         self._random = np.random.default_rng(seed)
         self._is_carried = is_carried
         self._at: Pose | None = None
@@ -159,6 +166,15 @@ class Localiser:
         self._weights *= np.exp(-0.5 * np.minimum((off / deviation) ** 2, 50.0))
         self._weights /= self._weights.sum()
         self.estimate = self._judge()
+
+    @property
+    def wheels(self) -> Floats:
+        """What it has learned of the robot's wheels, guess by guess: for the next localiser of the same robot."""
+        return self._random.choice(self._guesses[:, 3:], MIN_GUESSES, p=self._weights)
+
+    @wheels.setter
+    def wheels(self, known: Floats) -> None:
+        self._guesses[:, 3:] = self._random.choice(known, len(self._guesses))
 
     def see_tag(self, tag: Tag, x: float, y: float) -> Estimate:
         """Take a tag into account whose place is known. A robot that is lost is looked for where it would see it so.
@@ -279,7 +295,8 @@ class Localiser:
         told = np.nonzero(~np.isnan(seen))[0]
         far = self._expected(guesses)[told]
         off = (seen[told, None].astype(np.float32) - far) / ((NOISE + WRONG * far) * (1 + coarseness))
-        fits = STRAY + (1 - STRAY) * np.exp(-0.5 * off * off)
+        stray = np.where(off < 0, np.float32(self.nearer), np.float32(STRAY))
+        fits = stray + (1 - stray) * np.exp(-0.5 * off * off)
         fits[np.isnan(far)] = UNKNOWN
         is_standing = self._has_room(guesses)
         found: Floats = np.where(is_standing, fits.prod(0) ** (1 / len(seen)), STRAY)
@@ -406,8 +423,8 @@ class Localiser:
             at_y,
             angle,
             time=self._at.time if self._at else math.nan,
-            uncertainty=2 * wide,
-            heading_uncertainty=2 * math.sqrt(weights @ off[best] ** 2 / share),
+            uncertainty=2 * math.hypot(wide, SAME),
+            heading_uncertainty=2 * math.sqrt(weights @ off[best] ** 2 / share + SAME_TURN**2),
         )
         if near <= SURE or self._fit <= SOUND:
             self._settled = 0.0

@@ -46,19 +46,20 @@ def way(grid: Grid, start: Place, goal: Place, *, through_unknown: bool = False)
         NoWay: There is none.
     """
     begin, end = grid.square(*start), grid.square(*goal)
-    for what, place, square in (("start", start, begin), ("goal", goal, end)):
+    for what, (x, y), square in (("start", start, begin), ("goal", goal, end)):
         if not grid.has(*square):
             raise NoWay(
-                f"the {what} ({place[0]:.2f}, {place[1]:.2f}) m is not on the map",
+                f"the {what} ({x:.2f}, {y:.2f}) m is not on the map",
                 hint="are both in the coordinates of the map? robot.set_pose(x, y, heading) says where the robot is",
             )
+    x, y = goal
     room, costs = _costs(grid, begin, through_unknown=through_unknown)
     if math.isinf(costs[end]):
         known = (
             "it is not known what is there" if grid.odds[end] == 0 else f"something is {100 * room[end]:.0f} cm away"
         )
         raise NoWay(
-            f"the robot has no room at the goal ({goal[0]:.2f}, {goal[1]:.2f}) m: {known}",
+            f"the robot has no room at the goal ({x:.2f}, {y:.2f}) m: {known}",
             hint=f"its middle must be {100 * (RADIUS + MARGIN):.1f} cm from everything",
         )
     is_end = np.zeros(costs.shape, bool)
@@ -66,7 +67,7 @@ def way(grid: Grid, start: Place, goal: Place, *, through_unknown: bool = False)
     found = _search(costs, begin, is_end, end)
     if not found:
         raise NoWay(
-            f"no way leads from ({start[0]:.2f}, {start[1]:.2f}) to ({goal[0]:.2f}, {goal[1]:.2f}) m on the map",
+            f"no way leads to ({x:.2f}, {y:.2f}) m on the map",
             hint=f"a gap must be {200 * (RADIUS + MARGIN):.0f} cm wide; is on the map what is there no longer?",
         )
     return [*(grid.place(*square) for square in _straightened(costs, found)[1:-1]), goal]

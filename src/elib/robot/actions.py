@@ -204,8 +204,10 @@ class Motions(Commands):
             if map is None:
                 await self.motion.go(self, *place, fastest, turn_rate_limit)
             else:
-                from elib.robot.ways import go  # here: it needs NumPy, which most programs never load
+                from elib.maps.grid import check_grid  # here: they need NumPy, which most programs never load
+                from elib.robot.ways import go
 
+                check_grid(map)
                 await go(self, map, place, fastest, turn_rate_limit)
             if end is not None:
                 rotation = math.remainder(end - self.motion.odometry.pose.heading, math.tau)

@@ -119,6 +119,7 @@ class Motion:
         self._call_time = CALL_TIME
         self._answered = 0.0
         self._remainder = (0.0, 0.0)
+        self.wheels: Any = None  # what driving by a map has learned of them
 
     def follow(self, channel: Channel, counters: Steps | None = None) -> None:
         """Follow the events of *channel* from now on; *counters* were read just now, where odometry begins."""

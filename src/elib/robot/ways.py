@@ -36,6 +36,9 @@ TOLD: Final = 0.045
 """m: what seems nearer than this, and is not on the map, is there."""
 NEARER: Final = 0.02
 """m by which a sensor must read less than on the map: gains differ by 17 %."""
+STRANGE: Final = 0.4
+"""Share of readings by what is not on the map: enough that a box does not draw the robot aside, and little enough that
+a wall which is nearer than it believed does. Chosen."""
 LOOKS: Final = 3
 """Looks in a row in which it must be seen: an e-puck2's front sensors glitch (measured-robots:
 infrared.glitches_while_driving_epuck2)."""
@@ -70,6 +73,8 @@ class Guide:
         if draws:
             grid.add(mover.motion.odometry.pose, [math.nan] * 8)
         self.localiser = Localiser(grid, mover.motion.odometry.pose, is_carried=not draws)  # what finds it on the map
+        if not draws:
+            self.localiser.nearer = STRANGE
         self.estimate: Estimate = self.localiser.estimate  # where it is
         self._looked = -math.inf
         self._seen = self._lost = 0
@@ -166,11 +171,9 @@ class Guide:
         expected = self.localiser.expected(self.estimate.pose)
         if self._draws:
             is_new = [now < TOUCHING < self._ahead for now in seen]
-            known = list(seen)
-        else:  # what is not on the map does not tell where the robot is
+        else:
             is_new = [now < TOLD and now < there - NEARER for now, there in zip(seen, expected, strict=True)]
-            known = [math.nan if new else now for now, new in zip(seen, is_new, strict=True)]
-        self.estimate = self.localiser.update(motion.odometry.pose, known)
+        self.estimate = self.localiser.update(motion.odometry.pose, seen)
         pose = self.estimate.pose
         self._lost = self._lost + 1 if self.estimate.share < 0.5 else 0
         if self._lost > MAX_LOST and not self._draws:
@@ -202,10 +205,13 @@ async def go(mover: Mover, grid: Grid, place: Place, speed: float, turn_rate: fl
     """Drive to a place on a map, m, round what is in the way."""
     is_first = mover.context.open_air is None
     guide = await asyncio.to_thread(Guide, mover, grid, speed, turn_rate)
+    if mover.motion.wheels is not None:
+        guide.localiser.wheels = mover.motion.wheels
     try:
         if is_first:
             await guide.look_round()
         await guide.drive_to(place)
     finally:
         mover.motion.odometry.pose = guide.estimate.pose
+        mover.motion.wheels = guide.localiser.wheels
     await mover.motion.go(mover, *place, speed, turn_rate)

@@ -17,7 +17,7 @@ from elib.base.rules import Choice, Number, Several, Whole, check
 from elib.base.tables import Key
 from elib.simulator.emulator.faults import Fault, both
 from elib.simulator.emulator.link import Link
-from elib.simulator.physics.defects import FASTEST_CLOCK, LEAST_CLOCK, SENSORS, Defect
+from elib.simulator.physics.defects import MAX_CLOCK, MIN_CLOCK, SENSORS, Defect
 
 MAX_TIME = 1e6
 """s; more than eleven days, longer than any script."""
@@ -602,7 +602,7 @@ class Wheel(DefectKind):
     names = (Key("wheel", Choice(WHEELS, example='"left"', otherwise="both"), ("wheel",), ((),)),)
 
 
-class Camera(DefectKind):
+class CameraDefect(DefectKind):
     """The camera's pictures are wrong: all of one colour, dark, bright or noisy."""
 
     keys = _reading("of 255", "each colour of each pixel")
@@ -611,7 +611,7 @@ class Camera(DefectKind):
 class Clock(DefectKind):
     """The robot's clock goes wrong: its motors turn, and its firmware works, so much faster or slower."""
 
-    keys = (Strength(LEAST_CLOCK, FASTEST_CLOCK, "", "factor", "how fast it goes"),)
+    keys = (Strength(MIN_CLOCK, MAX_CLOCK, "", "factor", "how fast it goes"),)
 
 
 KINDS: Mapping[str, type[Kind]] = MappingProxyType(
@@ -629,7 +629,7 @@ KINDS: Mapping[str, type[Kind]] = MappingProxyType(
         "battery": Battery,
         "sensor": Sensor,
         "wheel": Wheel,
-        "camera": Camera,
+        "camera": CameraDefect,
         "clock": Clock,
     }
 )

@@ -36,7 +36,7 @@ _PLACES = pairwise((0, 8, 16, 21, 25, 26, 29, 32, 35, 36, 38, 39))
 PARTS = {name: range(*ends) for name, ends in zip((*SENSORS, "camera", "wheel", "clock"), _PLACES, strict=True)}
 """All that can break, and where its numbers are."""
 
-LEAST_CLOCK, FASTEST_CLOCK = 0.1, 2.0
+MIN_CLOCK, MAX_CLOCK = 0.1, 2.0
 """How slow and how fast a broken clock goes at most: no motor then turns a wheel too far in a tick."""
 
 Factor = Annotated[float, Number(0, 100)]
@@ -79,7 +79,7 @@ class Defect:
         if self.of in ("wheel", "clock") and (self.shift, self.noise, self.stuck) != (0.0, 0.0, None):
             raise ArgumentError(f"a {self.of} can only be slower or faster", hint="give a factor alone, such as 0.5")
         if self.of == "clock":
-            Number(LEAST_CLOCK, FASTEST_CLOCK).require(self.factor, "factor", "the clock's ")
+            Number(MIN_CLOCK, MAX_CLOCK).require(self.factor, "factor", "the clock's ")
 
     @property
     def row(self) -> tuple[float, float, float, float]:
