@@ -108,7 +108,7 @@ def test_a_program_that_fails_loses_although_it_has_more_points(game: Lab, tmp_p
     assert [each.points for each in found] == [1, 0]
     assert outcome(found, 0) == ("lost", "won")
     [_, last] = standings([found])
-    assert last.remarks == ["it ended with exit code 1: RuntimeError: no more (given)"]
+    assert last.remarks == ["it ended with exit code 1 in line 4 of crashes.py: RuntimeError: no more (given)"]
 
 
 @pytest.mark.parametrize(

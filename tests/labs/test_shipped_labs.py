@@ -96,9 +96,12 @@ def test_the_instructions_show_the_robot_in_the_world_of_the_lab(name: str) -> N
     folder = LABS[name].folder
     variant = LABS[name].variants[0]
     world = variant.world.removeprefix(f"{folder}/")
-    urls = re.findall(r'--robot "sim://([^?"]*)\?([^"]*)"', (folder / "README.md").read_text())
+    text = (folder / "README.md").read_text()
+    first, *others = re.findall(r'--robot "sim://([^?"]*)\?([^"]*)"', text) or [("", "")]
     fault = f"fault={variant.fault}&" if variant.fault else ""
-    assert urls == [(world, f"{fault}view")] or name == "go-10-cm"
+    assert first == (world, f"{fault}view") or name == "go-10-cm"
+    assert bool(others) == bool(re.search("slow radio|other robots", text)), "say how to try it"
+    assert all(where == world and options.startswith("view&") for where, options in others)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -236,4 +236,4 @@ def _print(result: VariantResult, picture: Path) -> None:
         print(f"  {mark}  {each.goal.sentence}")
         worth = f"{each.goal.points:g} {'point' if each.goal.points == 1 else 'points'}"
         print(f"       {plain(each.text)} ({worth if each.holds else f'0 of {worth}'})")
-    print(f"  path in {picture}\n", flush=True)
+    print(f"  {'path and map' if result.patches else 'path'} in {picture}\n", flush=True)

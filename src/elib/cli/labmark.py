@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from elib.base.errors import ArgumentError
 from elib.base.exits import FAILED
 from elib.base.files import write_file
-from elib.base.plaintext import plain
 from elib.base.rules import Whole
 from elib.cli.arguments import AsJson, option
-from elib.cli.terminal import LiveLine, print_json, say
+from elib.cli.terminal import LiveLine, grid, print_json, say, table
 from elib.lab import Lab, find_lab, load_lab
 from elib.lab import league as leagues
 from elib.lab.marking import Mark, mark_all, play_all
-from elib.lab.marksheet import named, to_csv, to_html, to_json, to_rows
+from elib.lab.marksheet import to_csv, to_html, to_json, to_rows
 from elib.lab.mistakes import is_mistake, wrong_claim
 from elib.lab.sandbox import check_walls
 from elib.lab.similar import similar
@@ -86,6 +82,7 @@ def mark(
         count += 1
         line.tell(f"{count} of {total} {'played' if league else 'marked'}: {' and '.join(each.name for each in marks)}")
 
+    line.tell(f"0 of {total} {'played' if league else 'marked'}")
     marked: list[tuple[Lab, list[Mark]]] = []
     played: list[list[Mark]] = []
     wrong: list[str] = []
@@ -118,7 +115,7 @@ def mark(
     if json:
         print_json(values)
     else:
-        _print(rows, {named(plain(mark.name)) for _, marks in marked for mark in marks if mark.broke})
+        print_table(rows)
     for text in wrong:
         say(f"error: {text}")
     if wrong:
@@ -145,13 +142,10 @@ def _wrong(lab: Lab, submissions: Sequence[Submission], marks: Sequence[Mark]) -
             yield f"{mark.name}: {found}"
 
 
-def _print(table_rows: Sequence[list[str]], cheats: Container[str]) -> None:
+def print_table(table_rows: Sequence[list[str]]) -> None:
+    """Print the numbers as a table, and what there is to say of each submission below: it needs the width."""
     heading, *rows = table_rows
-    if not any(row[-1] for row in rows):
-        heading, rows = heading[:-1], [row[:-1] for row in rows]
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for name in heading:
-        table.add_column(name, overflow="fold", no_wrap=name not in ("remarks", "similar"))
-    for row in rows:
-        table.add_row(*(Text(cell) for cell in row), style="red" if named(row[0]) in cheats else "")
-    Console().print(table)
+    print(grid(heading[:-2], [row[:-2] for row in rows]))
+    notes = [(name, note) for name, *_, said, alike in rows for note in (said, alike and f"similar: {alike}") if note]
+    if notes:
+        print(f"\n{table(notes, indent=0)}")

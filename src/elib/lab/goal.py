@@ -25,8 +25,8 @@ from elib.base.zone import Zone as NamedZone
 
 MAX_NAMES = 50
 
-MISSED = "failed"
-"""How the text of a goal ends that fails only because it needs another one."""
+MISSED = "does not count, because "
+"""How the text of a goal begins that fails only because it needs another one."""
 
 Place: TypeAlias = tuple[float, float, float]
 """Where a robot is: x and y, m, and heading, rad."""
@@ -228,7 +228,9 @@ def judge(goals: Sequence[Goal], trace: Trace, refusal: str = "") -> tuple[GoalR
     for goal in goals:
         holds, text = alone[goal.name]
         missing = [name for name in goal.needs if not alone[name][0]] if holds else []
-        text += f", but {' and '.join(missing)} {MISSED}" if missing else ""
+        if missing:
+            named = f"goal{'' if len(missing) == 1 else 's'} {' and '.join(missing)}"
+            text = f"{MISSED}{named} failed ({text})"
         found.append(GoalResult(goal, holds and not missing, text))
     return tuple(found)
 

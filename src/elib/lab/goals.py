@@ -12,7 +12,7 @@ from typing import Annotated, TypeVar, dataclass_transform
 from elib.base.plaintext import counted
 from elib.base.rules import Degrees, Mistake, Number, Several, Text, Whole, nearest
 from elib.lab.goal import Finding, Goal, Name, Names, Place, Seconds, Stretch, Trace, Zone
-from elib.lab.printed import MAX_SQUARES, compared, last_map
+from elib.lab.printed import MAX_SQUARES, Patch, compared, last_map
 from elib.link.protocol.commands import SPECS
 from elib.simulator.physics.geometry import segment_distance
 
@@ -501,11 +501,18 @@ class Maps(Goal):
     def _one(self, trace: Trace, robot: int) -> Finding:
         told = last_map(trace.output)
         if told is None:
-            return False, f"printed no map of 1 to {MAX_SQUARES} squares"
-        found = compared(told, trace.poses[0][robot], trace.surfaces, self.within)
+            return False, f"printed no map of 1 to {MAX_SQUARES} squares; use print(grid.to_text())"
+        found = compared(told, trace.poses[0][robot], tuple(trace.surfaces), self.within)
         text = f"its map has {found.free:.0%} of the ground and {found.walls:.0%} of the walls"
-        text += f"; of what it has as occupied, {found.occupied:.0%} is"
+        text += f"; {found.occupied:.0%} of what is on it is a wall"
         return found.least >= self.share, text
+
+    def patches(self, trace: Trace) -> list[Patch]:
+        """Return the parts of the printed map, laid over the world where it fits best."""
+        told, start = last_map(trace.output), trace.poses[0][(self.robot or 1) - 1]
+        if told is None:
+            return []
+        return told.patches(start, compared(told, start, tuple(trace.surfaces), self.within).fit)
 
 
 @kind("push")

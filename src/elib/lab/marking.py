@@ -9,7 +9,7 @@ import re
 import signal
 import socket
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ from pathlib import Path
 
 from elib.base.errors import ElibError
 from elib.lab import GoalResult, Lab, VariantResult, load_lab, run_together
-from elib.lab.goal import points
+from elib.lab.goal import MISSED, points
 from elib.lab.sandbox import LIMITS, Child, Limits, start
 from elib.lab.submissions import Submission, read_submission
 from elib.tools.states.drawing import picture_of
@@ -157,8 +157,8 @@ def play(
                 raise ElibError(f"{each.name} could not be started: {child.output.strip() or 'it says nothing'}")
         # In a game both have the same picture.
         added = [
-            _add(result, each, child, draws and not place, is_game=len(players) > 1)
-            for place, (result, each, child) in enumerate(zip(results, found, children, strict=True))
+            _add(result, each, child, player, draws and not place, is_game=len(players) > 1)
+            for place, (result, each, child, player) in enumerate(zip(results, found, children, players, strict=True))
         ]
         if not all(added):
             break
@@ -174,11 +174,11 @@ def play(
     return results
 
 
-def _add(result: Mark, found: VariantResult, child: Child, draws: bool, is_game: bool) -> bool:
+def _add(result: Mark, found: VariantResult, child: Child, submission: Submission, draws: bool, is_game: bool) -> bool:
     """Add what happened in a variant, and return whether the submission is run in the others too."""
     remark = child.exceeded or found.why
     if found.ending == "failed" and not child.exceeded:
-        remark += _last_error(child.output)
+        remark += _last_error(child.output, submission.files)
     elif found.ending == "ended" and not found.opened_robot:
         remark = "it opened no robot"
     name = found.variant.name
@@ -193,6 +193,10 @@ def _add(result: Mark, found: VariantResult, child: Child, draws: bool, is_game:
         result.remarks.append(f"{text} ({name})")
     for goal in found.goals:
         result.goals[goal.goal.name] += goal.holds
+        begin = f"{goal.goal.name}: "
+        is_news = not (goal.holds or goal.text.startswith(MISSED) or any(s.startswith(begin) for s in result.remarks))
+        if is_news and not (is_told or is_game):
+            result.remarks.append(f"{begin}{goal.text} ({name})")
     picture = None
     with contextlib.suppress(ValueError):
         picture = found.draw(size=PICTURE_SIZE) if draws else None
@@ -201,15 +205,18 @@ def _add(result: Mark, found: VariantResult, child: Child, draws: bool, is_game:
     return not (child.exceeded or found.ending in ("broke", "wall"))
 
 
-def _last_error(output: str) -> str:
+def _last_error(output: str, files: Iterable[str]) -> str:
     """Return the error with which a program ended, as the last line of what it printed tells it, if that is one.
 
-    A hint of elib's errors may follow it.
+    The line of the last of its files that the traceback names comes first. A hint of elib's errors may follow it.
     """
     lines = [line for line in output.rstrip().splitlines() if not line.startswith("hint: ")]
     last = lines[-1] if lines else ""
+    frames = re.findall(r'^ *File "(.*)", line (\d+)', output, re.MULTILINE)
+    places = [f" in line {line} of {name}" for path, line in frames for name in files if path.endswith(f"/{name}")]
     # An address differs on every run.
-    return f": {last[:MAX_ERROR]}" if re.match(r"[A-Za-z_][\w.]*: ", last) and "0x" not in last else ""
+    is_error = re.match(r"[A-Za-z_][\w.]*: ", last) and "0x" not in last
+    return "".join(places[-1:]) + (f": {last[:MAX_ERROR]}" if is_error else "")
 
 
 @cache

@@ -11,9 +11,11 @@ from os import PathLike
 from typing import TYPE_CHECKING, Literal
 
 from elib.lab.goal import GoalResult, Trace, Zone, judge
-from elib.lab.goals import Lit, Outdoes
+from elib.lab.goals import Lit, Maps, Outdoes
 from elib.lab.labfile import Lab, Variant, stripes_of, things_of
+from elib.lab.printed import Patch
 from elib.simulator.drawing import draw
+from elib.simulator.drawing.top import Look
 from elib.simulator.physics import Pose, Snapshot
 
 if TYPE_CHECKING:
@@ -42,6 +44,7 @@ class VariantResult:
         paths: Where each robot was, a pose for each tick.
         snapshot: The world at the end.
         zones: The zones of the variant.
+        patches: The parts of the map that the program printed, if a goal is about that.
         requests: How often each command was sent, if a goal asks for that.
         output: What the program printed.
         transcript: A digest of all that went over the link: equal runs have equal digests.
@@ -56,6 +59,7 @@ class VariantResult:
     paths: tuple[tuple[Pose, ...], ...]
     snapshot: Snapshot
     zones: tuple[Zone, ...]
+    patches: tuple[Patch, ...]
     requests: Counter[str]
     output: str
     transcript: str
@@ -71,9 +75,10 @@ class VariantResult:
         return self.time > 0
 
     def draw(self, path: str | PathLike[str] | None = None, *, size: int = 900) -> str | None:
-        """Draw the paths in the world, as .svg or .png; without a path the SVG text is returned."""
-        caption = f"{self.variant.name} · {self.time:.1f} s"
-        return draw(self.snapshot, path, trails=self.paths, caption=caption, size=size, zones=self.zones)
+        """Draw the paths and the printed map in the world, as .svg or .png; without a path the SVG text is returned."""
+        caption = f"{self.variant.name} · {self.time:.1f} s" + (" · orange: its map" if self.patches else "")
+        look = Look(trails=self.paths, caption=caption, size=size, zones=self.zones, patches=self.patches)
+        return draw(self.snapshot, path, **look)
 
 
 def end_by(code: int) -> End:
@@ -116,8 +121,9 @@ class Tracer:
         trace = self._trace(snapshot, player, requests, output, time, ending in ("ended", "failed"), code)
         goals = judge(self._lab.goals, trace, why if ending in ("wall", "broke") else "")
         paths, zones = tuple(zip(*self._poses, strict=True)), tuple(trace.zones.values())
+        patches = tuple(patch for goal in self._lab.goals if isinstance(goal, Maps) for patch in goal.patches(trace))
         return VariantResult(
-            self._variant, goals, ending, why, code, time, paths, snapshot, zones, requests, output, transcript
+            self._variant, goals, ending, why, code, time, paths, snapshot, zones, patches, requests, output, transcript
         )
 
     def _note(self) -> None:
