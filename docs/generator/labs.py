@@ -27,6 +27,7 @@ copies one, and `elib lab check FILE.py` runs a program in the lab's worlds and 
 | `lab.toml` | variants and goals, described here |
 | `start.py` | the program that a student begins with |
 | `worlds/*.toml` | [worlds](worlds.md), if those of elib do not fit |
+| `opponent.py` | in a game of two programs, the one to play against |
 | `teacher/hidden.toml` | more `[[variant]]` and `[[zone]]` tables, which the student does not see |
 | `teacher/solution.py` | a program that passes |
 | `teacher/mistakes/*.py` | mistakes; each fails as its first line says, `# fails: GOAL: reason` |

@@ -3,6 +3,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import pty
 import re
 import shutil
 import signal
@@ -15,9 +16,10 @@ from hostile import HONEST, HOSTILE, runs
 from labs_for_tests import WORLD
 
 from elib.base.errors import ArgumentError
+from elib.cli.labmark import print_table
 from elib.lab import load_lab
 from elib.lab.marking import Mark, mark, mark_all
-from elib.lab.marksheet import to_html
+from elib.lab.marksheet import to_html, to_rows
 from elib.lab.sandbox import LIMITS, Limits, family
 from elib.lab.submissions import find_submissions
 from shared import PATIENCE, run, wait_until
@@ -159,10 +161,17 @@ def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
     found = mark_one(lab, school, "ben", HONEST + "robot.drve(1)\n")
     assert found.points == 3
     assert found.remarks == [
-        "it ended with exit code 1: AttributeError: 'BlockingEpuck' object has no attribute 'drve'. "
-        "Did you mean: 'drive'? (given)"
+        "it ended with exit code 1 in line 5 of ben.py: AttributeError: 'BlockingEpuck' object has no attribute 'drve'"
+        ". Did you mean: 'drive'? (given)"
     ]
     assert "AttributeError" in found.output
+
+
+def test_a_goal_that_fails_is_a_remark_and_one_that_only_needs_it_is_not(lab: Path, school: Path) -> None:
+    (school / "honest.py").write_text("import elib\nwith elib.connect() as robot:\n    robot.drive(0.05)\n")
+    (submission,) = find_submissions(school)
+    (remark,) = mark(lab, submission, safe=False).remarks
+    assert re.fullmatch(r"ahead: ended 0\.0\d\d m ahead .* of its start \(given\)", remark)
 
 
 @isolated
@@ -170,7 +179,7 @@ def test_a_file_elsewhere_is_not_there_and_the_remark_says_so(lab: Path, school:
     found = mark_one(lab, school, "dora", HONEST + "open('/home/dora/data.csv')\n")
     assert found.points == 3
     assert found.remarks == [
-        "it ended with exit code 1: FileNotFoundError: [Errno 2] No such file or directory: "
+        "it ended with exit code 1 in line 5 of dora.py: FileNotFoundError: [Errno 2] No such file or directory: "
         "'/home/dora/data.csv' (given)"
     ]
 
@@ -180,7 +189,8 @@ def test_a_file_elsewhere_is_not_there_and_the_remark_says_so(lab: Path, school:
 def test_an_error_of_elib_is_told_by_itself_and_not_by_its_hint(lab: Path, school: Path) -> None:
     found = mark_one(lab, school, "ben", HONEST + "    robot.drive(40)\n")
     assert found.remarks == [
-        "it ended with exit code 1: elib.ArgumentError: distance is 40 m; it must be a number from -5 to 5 m (given)"
+        "it ended with exit code 1 in line 5 of ben.py: elib.ArgumentError: distance is 40 m; it must be a number "
+        "from -5 to 5 m (given)"
     ]
     assert "did you mean 0.4 (40 cm)" in found.output
 
@@ -366,6 +376,40 @@ def test_several_labs_make_one_table_with_a_row_for_each_student(lab: Path, scho
         done = run(command(*words))
         assert done.returncode == 2
         assert said in done.stderr
+
+
+def test_a_terminal_is_told_from_the_beginning_how_many_are_marked(lab: Path, school: Path) -> None:
+    (school / "honest.py").write_text("")
+    ours, theirs = pty.openpty()
+    try:
+        words = command(school, "--lab", lab, "--unsafe", "--jobs", 1)
+        subprocess.run(words, stdout=subprocess.DEVNULL, stderr=theirs, timeout=PATIENCE, check=True)
+        told = os.read(ours, 65536).decode()
+    finally:
+        os.close(ours)
+        os.close(theirs)
+    assert told.index("0 of 1 marked") < told.index("1 of 1 marked: honest.py")
+
+
+def test_the_table_breaks_no_word_of_a_remark_where_there_is_no_terminal(
+    lab: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    remark = "it ended with exit code 1 in line 4 of ben.py: elib.ArgumentError: distance is 40 m (given)"
+    goals = {"ahead": 0, "end": 0}
+    print_table(to_rows([(load_lab(lab), [Mark("ben.py", 0, 4, goals, remarks=[remark], alike={"honest.py": 94})])]))
+    shown = capsys.readouterr().out
+    assert max(map(len, shown.splitlines())) <= 80
+    assert remark in " ".join(shown.split())
+    assert "similar: honest.py (94 %)" in shown
+
+
+def test_the_page_says_what_failed_in_which_variant_and_in_which_one_it_printed(lab: Path, school: Path) -> None:
+    (school / "honest.py").write_text(HONEST.replace("0.10", "0.05") + "print('done')\nstop\n")
+    (submission,) = find_submissions(school)
+    page = to_html(load_lab(lab, hidden=True), [mark(lab, submission, safe=False)])
+    assert "what it printed in hidden" in page
+    assert re.search(r'<tr class="remarks"><td colspan="5">it ended .* in line 6 of honest.py: NameError', page)
+    assert "1 submission in 2 variants: 0 with all points" in page
 
 
 MISTAKES = {

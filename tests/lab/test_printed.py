@@ -9,8 +9,9 @@ import pytest
 
 import elib
 from elib.lab.printed import MAX_SQUARES, PrintedMap, Shares, compared, last_map
+from elib.simulator.physics.geometry import segment_distance
 
-SIDES = [(0, 0, 0.5, 0), (0.5, 0, 0.5, 0.4), (0.5, 0.4, 0, 0.4), (0, 0.4, 0, 0), (0.2, 0, 0.2, 0.25)]
+SIDES = ((0, 0, 0.5, 0), (0.5, 0, 0.5, 0.4), (0.5, 0.4, 0, 0.4), (0, 0.4, 0, 0), (0.2, 0, 0.2, 0.25))
 """A room with one wall in it."""
 START = (0.1, 0.1, math.pi / 2)
 
@@ -45,15 +46,27 @@ def test_a_map_may_be_turned_and_moved_a_little_and_no_more(turned: float, moved
     assert share >= wanted if wanted else share < 0.8
 
 
+def test_the_picture_of_a_map_lies_over_the_walls_where_it_fits_best() -> None:
+    told = drawn(math.radians(4), 0.02)
+    patches = told.patches(START, compared(told, START, SIDES, 0.02).fit)
+    sides = [
+        min(segment_distance(sum(x for x, _ in corners) / 4, sum(y for _, y in corners) / 4, *side) for side in SIDES)
+        for is_solid, corners in patches
+        if is_solid and math.dist(corners[0], corners[1]) < 0.03
+    ]
+    assert len(sides) > 50
+    assert max(sides) < 0.025
+
+
 @pytest.mark.parametrize("cheat", [".", "#.", "#...", ".#.#.?"])
 def test_a_pattern_is_no_map(cheat: str) -> None:
-    rows = [(cheat * 90)[k : k + 60] for k in range(60)]
+    rows = tuple((cheat * 90)[k : k + 60] for k in range(60))
     assert least(PrintedMap(0.01, -0.3, -0.3, rows)) < 0.7
 
 
 def test_the_last_map_counts_and_what_is_printed_around_it_does_not_matter() -> None:
     found = last_map("map 0.1 0 0\n##\nhello\nmap 0.02 -0.1 0.3\n.#?\n..\n\n42\n")
-    assert found == PrintedMap(0.02, -0.1, 0.3, ["..", ".#?"])
+    assert found == PrintedMap(0.02, -0.1, 0.3, ("..", ".#?"))
     assert (found.is_free(-0.1, 0.3), found.is_free(-0.08, 0.32), found.is_free(9, 9)) == (True, False, False)
 
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from elib.lab import Lab, Variant, VariantResult, load_lab, run_variant
+from elib.lab import Lab, Variant, VariantResult, load_lab, run_together
 from elib.lab.labfile import shipped_labs
 from elib.lab.mistakes import wrong_claim
-from elib.lab.running import PlainProgram
+from elib.lab.running import PlainProgram, plain_opponents
 
 NAMES = shipped_labs()
 LABS = {name: load_lab(name, hidden=True) for name in NAMES}
@@ -44,7 +44,8 @@ def tried(tmp_path: Path) -> Tried:
     def run(name: str, program: str, variant: Variant) -> VariantResult:
         copy = tmp_path / "program.py"
         shutil.copyfile(LABS[name].folder / program, copy)
-        return run_variant(LABS[name], variant, lambda link: PlainProgram(copy, link), wall=300)
+        starts = [lambda link: PlainProgram(copy, link), *plain_opponents(LABS[name])]
+        return run_together(LABS[name], variant, starts, wall=300)[0]
 
     return run
 
@@ -62,11 +63,11 @@ def first_line(lab: Lab, program: str) -> re.Match[str]:
     return found
 
 
-def test_fifteen_labs_come_with_elib_from_10_cm_to_a_swarm() -> None:
-    assert len(NAMES) == 15
-    assert (NAMES[0], NAMES[-1]) == ("go-10-cm", "spread")
+def test_sixteen_labs_come_with_elib_from_10_cm_to_a_game() -> None:
+    assert len(NAMES) == 16
+    assert (NAMES[0], NAMES[-1]) == ("go-10-cm", "energy-game")
     numbers = [tomllib.loads((LABS[name].folder / "lab.toml").read_text())["number"] for name in NAMES]
-    assert numbers == list(range(1, 16))
+    assert numbers == list(range(1, 17))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -95,9 +96,12 @@ def test_the_instructions_show_the_robot_in_the_world_of_the_lab(name: str) -> N
     folder = LABS[name].folder
     variant = LABS[name].variants[0]
     world = variant.world.removeprefix(f"{folder}/")
-    urls = re.findall(r'--robot "sim://([^?"]*)\?([^"]*)"', (folder / "README.md").read_text())
+    text = (folder / "README.md").read_text()
+    first, *others = re.findall(r'--robot "sim://([^?"]*)\?([^"]*)"', text) or [("", "")]
     fault = f"fault={variant.fault}&" if variant.fault else ""
-    assert urls == [(world, f"{fault}view")] or name == "go-10-cm"
+    assert first == (world, f"{fault}view") or name == "go-10-cm"
+    assert bool(others) == bool(re.search("slow radio|other robots", text)), "say how to try it"
+    assert all(where == world and options.startswith("view&") for where, options in others)
 
 
 @pytest.mark.parametrize("name", NAMES)

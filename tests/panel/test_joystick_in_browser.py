@@ -170,7 +170,7 @@ async def test_numbers_are_told_as_a_person_would(driver):
         " [...robots.values()].at(-1), about = scheme.value;"
         " const frame = (time, x) => { const bytes = new ArrayBuffer(64), view = new DataView(bytes);"
         "  view.setFloat64(8, time, true), view.setUint32(16, 1, true), view.setFloat32(24, x, true); return bytes; };"
-        " world.enter({ robots: 1, walls: [], boxes: [], cylinders: [], lights: [], sounds: [],"
+        " world.enter({ robots: 1, walls: [], boxes: [], cylinders: [], lights: [], sounds: [], zones: [], pens: [],"
         "  names: ['one'], clock: {} });"
         " for (let k = 0; k < 10; k++) world.takeFrame(frame(k / 10, k / 100));"
         " const speed = world.speeds[0];"

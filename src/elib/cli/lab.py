@@ -20,14 +20,14 @@ from elib.base.plaintext import plain
 from elib.base.rules import Number, nearest
 from elib.cli.arguments import AsJson, option
 from elib.cli.terminal import GREEN, RED, paint, print_json, say, table
-from elib.lab import VariantResult, find_lab, load_lab, run_variant
+from elib.lab import VariantResult, find_lab, load_lab, run_together
 from elib.lab.goal import points
 from elib.lab.labfile import shipped_labs
 from elib.lab.marker import WALL
 from elib.lab.mistakes import is_mistake, wrong_claim
 from elib.lab.picture import PICTURE, draw_lab
 from elib.lab.result import ENDING, read_result
-from elib.lab.running import PlainProgram
+from elib.lab.running import PlainProgram, plain_opponents
 
 TEACHER = "teacher"
 
@@ -48,11 +48,15 @@ app.command(
     the link to its robot has no points. Programs that are much alike are named. The folders of several labs make one
     table, a row a student, by the names of files and folders without .py.
 
+    In a game of two programs each plays against the opponent of the lab. With --league every two play against each
+    other, each once on either side: 3 points for a game that is won, 1 for one that is drawn.
+
     In a lab's teacher/mistakes, one that does not fail as its first line says is named, and the exit code is 1.
 
     For example:
         elib lab mark handed-in --lab square
         elib lab mark handed-in --lab square --csv marks.csv --html marks.html
+        elib lab mark handed-in --lab energy-game --league
     """,  # here, because the list of commands shows its first line and does not import the module
 )
 
@@ -160,7 +164,8 @@ def check(
         if not json:
             print(found.title if len(found.variants) == 1 else f"{found.title}: {each.name}", flush=True)
         with claimed.unpacked() if claimed else nullcontext(path) as file:
-            results.append(run_variant(found, each, lambda link: PlainProgram(file, link, shows=show), wall=wall))
+            starts = [lambda link: PlainProgram(file, link, shows=show), *plain_opponents(found)]
+            results.append(run_together(found, each, starts, wall=wall)[0])
         if results[-1].output[-1:] not in ("", "\n"):
             print(file=shown)
         ending = "" if len(found.variants) == 1 else "-" + re.sub(r"\W+", "-", each.name)
@@ -231,4 +236,4 @@ def _print(result: VariantResult, picture: Path) -> None:
         print(f"  {mark}  {each.goal.sentence}")
         worth = f"{each.goal.points:g} {'point' if each.goal.points == 1 else 'points'}"
         print(f"       {plain(each.text)} ({worth if each.holds else f'0 of {worth}'})")
-    print(f"  path in {picture}\n", flush=True)
+    print(f"  {'path and map' if result.patches else 'path'} in {picture}\n", flush=True)

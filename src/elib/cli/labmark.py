@@ -8,20 +8,17 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from elib.base.errors import ArgumentError
 from elib.base.exits import FAILED
 from elib.base.files import write_file
-from elib.base.plaintext import plain
 from elib.base.rules import Whole
 from elib.cli.arguments import AsJson, option
-from elib.cli.terminal import LiveLine, print_json, say
+from elib.cli.terminal import LiveLine, grid, print_json, say, table
 from elib.lab import Lab, find_lab, load_lab
-from elib.lab.marking import Mark, mark_all
-from elib.lab.marksheet import named, to_csv, to_html, to_json, to_rows
+from elib.lab import league as leagues
+from elib.lab.marking import Mark, mark_all, play_all
+from elib.lab.marksheet import to_csv, to_html, to_json, to_rows
 from elib.lab.mistakes import is_mistake, wrong_claim
 from elib.lab.sandbox import check_walls
 from elib.lab.similar import similar
@@ -46,6 +43,7 @@ def mark(
         Whole(1),
         Cli(metavar="N", help="Submissions that run at once (default: as many as there are processors)."),
     ] = None,
+    league: Annotated[bool, Cli(help="Let every two submissions play the game against each other.")] = False,
     json: AsJson = False,
     unsafe: Annotated[bool, Cli(help="Run the programs with your rights, without bubblewrap.")] = False,
 ) -> None:
@@ -56,10 +54,17 @@ def mark(
         raise ArgumentError(f"there are {len(folder)} folders, but {len(lab)} --lab", hint="give one for each folder")
     if html is not None and len(folder) > 1:
         raise ArgumentError("--html makes the page of one lab", hint="mark the folders one by one for their pages")
+    if league and len(folder) > 1:
+        raise ArgumentError("a league is played by the submissions in one folder", hint="put all into one folder")
     labs: list[str] = lab or [str(find_lab(each / "submission")) for each in folder]
     work = [
         (load_lab(task, hidden=True), each, find_submissions(each)) for task, each in zip(labs, folder, strict=True)
     ]
+    task, _, submissions = work[0]
+    if league and task.opponent is None:
+        raise ArgumentError(f"the lab {task.name} is no game of two programs", hint="leave out --league")
+    if league and len(submissions) < 2:
+        raise ArgumentError("a league needs two submissions or more")
     for path in (csv, html):
         if path is not None and not path.parent.is_dir():
             raise ArgumentError(f"there is no folder {str(path.parent)!r} for {path.name!r}")
@@ -68,18 +73,25 @@ def mark(
     else:
         check_walls()
     line, count = LiveLine(), 0
-    total = sum(len(submissions) for _, _, submissions in work)
+    games = leagues.pairs(submissions) if league else []
+    total = len(games) or sum(len(each) for _, _, each in work)
+    at_once, draws = jobs or os.cpu_count() or 1, html is not None
 
-    def done(mark: Mark) -> None:
+    def done(*marks: Mark) -> None:
         nonlocal count
         count += 1
-        line.tell(f"{count} of {total} marked: {mark.name}")
+        line.tell(f"{count} of {total} {'played' if league else 'marked'}: {' and '.join(each.name for each in marks)}")
 
+    line.tell(f"0 of {total} {'played' if league else 'marked'}")
     marked: list[tuple[Lab, list[Mark]]] = []
+    played: list[list[Mark]] = []
     wrong: list[str] = []
     try:
-        for task, each, submissions in work:
-            at_once, draws = jobs or os.cpu_count() or 1, html is not None
+        if league:
+            played = play_all(
+                task.folder, games, jobs=at_once, safe=not unsafe, draws=draws, done=lambda marks: done(*marks)
+            )
+        for task, each, submissions in () if league else work:
             marks = mark_all(task.folder, submissions, jobs=at_once, safe=not unsafe, draws=draws, done=done)
             _note_similar(task, submissions, marks)
             marked.append((task, marks))
@@ -87,22 +99,32 @@ def mark(
                 wrong += _wrong(task, submissions, marks)
     finally:
         line.clear()
-    task, marks = marked[0]
-    if csv is not None:
-        write_file(csv, to_csv(marked).encode())
-    if html is not None:
-        write_file(html, to_html(task, marks).encode())
-    if json:
-        print_json(to_json(task, marks) if len(marked) == 1 else {"labs": [to_json(*each) for each in marked]})
+    if league:
+        table = leagues.standings(played)
+        _note_similar(task, submissions, table)
+        rows, values = leagues.to_rows(table), leagues.to_json(task, table, played)
+        page = leagues.to_html(task, table, played)
     else:
-        _print(marked)
+        task, marks = marked[0]
+        rows, page = to_rows(marked), to_html(task, marks)
+        values = to_json(task, marks) if len(marked) == 1 else {"labs": [to_json(*each) for each in marked]}
+    if csv is not None:
+        write_file(csv, to_csv(rows).encode())
+    if html is not None:
+        write_file(html, page.encode())
+    if json:
+        print_json(values)
+    else:
+        print_table(rows)
     for text in wrong:
         say(f"error: {text}")
     if wrong:
         raise SystemExit(FAILED)
 
 
-def _note_similar(lab: Lab, submissions: Sequence[Submission], marks: Sequence[Mark]) -> None:
+def _note_similar(
+    lab: Lab, submissions: Sequence[Submission], marks: Sequence[Mark] | Sequence[leagues.Standing]
+) -> None:
     """Write into the marks which submissions are much alike."""
     start = lab.folder / "start.py"
     programs = {submission.name: submission.text for submission in submissions}
@@ -120,14 +142,10 @@ def _wrong(lab: Lab, submissions: Sequence[Submission], marks: Sequence[Mark]) -
             yield f"{mark.name}: {found}"
 
 
-def _print(marked: Sequence[tuple[Lab, Sequence[Mark]]]) -> None:
-    heading, *rows = to_rows(marked)
-    cheats = {named(plain(mark.name)) for _, marks in marked for mark in marks if mark.broke}
-    if not any(row[-1] for row in rows):
-        heading, rows = heading[:-1], [row[:-1] for row in rows]
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for name in heading:
-        table.add_column(name, overflow="fold", no_wrap=name not in ("remarks", "similar"))
-    for row in rows:
-        table.add_row(*(Text(cell) for cell in row), style="red" if named(row[0]) in cheats else "")
-    Console().print(table)
+def print_table(table_rows: Sequence[list[str]]) -> None:
+    """Print the numbers as a table, and what there is to say of each submission below: it needs the width."""
+    heading, *rows = table_rows
+    print(grid(heading[:-2], [row[:-2] for row in rows]))
+    notes = [(name, note) for name, *_, said, alike in rows for note in (said, alike and f"similar: {alike}") if note]
+    if notes:
+        print(f"\n{table(notes, indent=0)}")

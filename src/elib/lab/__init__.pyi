@@ -6,5 +6,6 @@ from elib.lab.labfile import find_lab as find_lab
 from elib.lab.labfile import load_lab as load_lab
 from elib.lab.running import Running as Running
 from elib.lab.running import program_command as program_command
+from elib.lab.running import run_together as run_together
 from elib.lab.running import run_variant as run_variant
 from elib.lab.tracer import VariantResult as VariantResult

@@ -25,8 +25,8 @@ from elib.base.zone import Zone as NamedZone
 
 MAX_NAMES = 50
 
-MISSED = "failed"
-"""How the text of a goal ends that fails only because it needs another one."""
+MISSED = "does not count, because "
+"""How the text of a goal begins that fails only because it needs another one."""
 
 Place: TypeAlias = tuple[float, float, float]
 """Where a robot is: x and y, m, and heading, rad."""
@@ -84,7 +84,9 @@ class Trace:
     # which LEDs of the ring were on: for each tick a number for each robot, with a bit for each LED
     lit: Sequence[Sequence[int]] = ()
     speeds: Sequence[tuple[float, float]] = ()  # speeds of each robot's wheels at the end, m/s: left and right
-    earned: Sequence[tuple[float, float]] = ()  # points of each robot at the end, and what is left of its energy, 0..1
+    # points of each robot at the end, how long it had energy, s, and what is left of that, 0..1
+    earned: Sequence[tuple[float, float, float]] = ()
+    rivals: Sequence[tuple[float, float, float]] = ()  # the same of the other program's robots in a game
     # where the middle of each box and cylinder with a name is at the end, m
     things: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     zones: Mapping[str, Zone] = field(default_factory=dict)
@@ -226,7 +228,9 @@ def judge(goals: Sequence[Goal], trace: Trace, refusal: str = "") -> tuple[GoalR
     for goal in goals:
         holds, text = alone[goal.name]
         missing = [name for name in goal.needs if not alone[name][0]] if holds else []
-        text += f", but {' and '.join(missing)} {MISSED}" if missing else ""
+        if missing:
+            named = f"goal{'' if len(missing) == 1 else 's'} {' and '.join(missing)}"
+            text = f"{MISSED}{named} failed ({text})"
         found.append(GoalResult(goal, holds and not missing, text))
     return tuple(found)
 

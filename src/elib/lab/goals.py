@@ -12,7 +12,7 @@ from typing import Annotated, TypeVar, dataclass_transform
 from elib.base.plaintext import counted
 from elib.base.rules import Degrees, Mistake, Number, Several, Text, Whole, nearest
 from elib.lab.goal import Finding, Goal, Name, Names, Place, Seconds, Stretch, Trace, Zone
-from elib.lab.printed import MAX_SQUARES, compared, last_map
+from elib.lab.printed import MAX_SQUARES, Patch, compared, last_map
 from elib.link.protocol.commands import SPECS
 from elib.simulator.physics.geometry import segment_distance
 
@@ -409,8 +409,25 @@ class Score(Goal):
         return f"The robot earns {self.least:g} points{f' and keeps {self.energy:.0%} energy' if self.energy else ''}."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
-        score, energy = trace.earned[robot]
+        score, _, energy = trace.earned[robot]
         return score >= self.least and energy >= self.energy, f"{score:g} points, {energy:.0%} energy"
+
+
+@kind("outdoes")
+class Outdoes(Goal):
+    """In a game the program's robots end with more points than those of the other program.
+
+    With as many points, those with energy for longer are ahead; if that is equal too, those with more energy left.
+    """
+
+    says = "The robot has more points than the other one, or energy for longer, or more energy left."
+
+    def _judge(self, trace: Trace) -> Finding:
+        sides = [tuple(map(math.fsum, zip(*side, strict=True))) for side in (trace.earned, trace.rivals)]
+        if not sides[1]:
+            return False, "there is no other program"
+        own, other = (f"{side[0]:g} points, {side[1]:.1f} s, {side[2]:.0%} energy" for side in sides)
+        return sides[0] > sides[1], f"{own}; the other one {other}"
 
 
 @kind("says")
@@ -484,11 +501,18 @@ class Maps(Goal):
     def _one(self, trace: Trace, robot: int) -> Finding:
         told = last_map(trace.output)
         if told is None:
-            return False, f"printed no map of 1 to {MAX_SQUARES} squares"
-        found = compared(told, trace.poses[0][robot], trace.surfaces, self.within)
+            return False, f"printed no map of 1 to {MAX_SQUARES} squares; use print(grid.to_text())"
+        found = compared(told, trace.poses[0][robot], tuple(trace.surfaces), self.within)
         text = f"its map has {found.free:.0%} of the ground and {found.walls:.0%} of the walls"
-        text += f"; of what it has as occupied, {found.occupied:.0%} is"
+        text += f"; {found.occupied:.0%} of what is on it is a wall"
         return found.least >= self.share, text
+
+    def patches(self, trace: Trace) -> list[Patch]:
+        """Return the parts of the printed map, laid over the world where it fits best."""
+        told, start = last_map(trace.output), trace.poses[0][(self.robot or 1) - 1]
+        if told is None:
+            return []
+        return told.patches(start, compared(told, start, tuple(trace.surfaces), self.within).fit)
 
 
 @kind("push")

@@ -40,6 +40,7 @@ from typing import Annotated, Any
 
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import LABS, read_file
+from elib.base.plaintext import counted
 from elib.base.rules import Choice, Delay, Mistake, Number, Probability, Text, Whole, nearest
 from elib.base.tables import MAX_FILE, Key, Pair, Source, Table, keys_of, read_toml
 from elib.lab.goal import Goal, Name, Zone
@@ -100,6 +101,7 @@ class Top:
         robots: How many robots there are.
         number: Its place in a course; ``elib lab list`` has this order.
         extra: The extra of elib that its programs need; where that is not installed, nothing is checked.
+        opponent: A program that drives the second half of the robots: the lab is a game of two programs.
     """
 
     title: Annotated[str, Text(example='"Go 10 cm"')]
@@ -109,6 +111,7 @@ class Top:
     robots: Annotated[int, Whole(1, 100, example="4", otherwise="as many as the world names")] | None = None
     number: Annotated[int, Whole(1, 1000, example="3", otherwise="none")] | None = None
     extra: Annotated[str, Choice(tuple(EXTRAS), otherwise="none")] | None = None
+    opponent: Annotated[str, Text(example='"opponent.py"', otherwise="none")] | None = None
 
 
 def zone(
@@ -187,6 +190,7 @@ class Lab:
         variants: Where it runs, with all that the lab says for all of them.
         zones: Parts of the floor.
         extra: The extra of elib that its programs need, or None.
+        opponent: In a game of two programs the one that a program plays against, or None.
     """
 
     folder: Path
@@ -196,6 +200,7 @@ class Lab:
     variants: tuple[Variant, ...]
     zones: tuple[Zone, ...]
     extra: str | None = None
+    opponent: Path | None = None
 
     @property
     def lacks(self) -> str:
@@ -211,6 +216,11 @@ class Lab:
     def points(self) -> float:
         """What all goals are worth together."""
         return sum(goal.points for goal in self.goals)
+
+    def share(self, robots: int, player: int = 0) -> slice:
+        """Return which of so many robots a program drives: all, or in a game the first or the second half."""
+        half = robots if self.opponent is None else robots // 2
+        return slice(player * half, (player + 1) * half)
 
     def zones_of(self, variant: Variant) -> dict[str, Zone]:
         """Return the zones of one variant, by their names."""
@@ -269,7 +279,11 @@ def load_lab(folder: str | Path, *, hidden: bool = False) -> Lab:
         tuple(each for _, each in variants),
         tuple(each for _, each in zones),
         top.extra,
+        None if top.opponent is None else path.resolve() / top.opponent,
     )
+    if lab.opponent is not None and not lab.opponent.is_file():
+        with first.at("", 0):
+            raise Mistake(f'is "{top.opponent}", and there is no such file in the folder', path=("opponent",))
     _check_goals(lab, first)
     names = [each.name for each in lab.variants]
     for (source, index), zone in zones:
@@ -288,9 +302,11 @@ def load_lab(folder: str | Path, *, hidden: bool = False) -> Lab:
             robots = variant.robots or len(scene.starts)
             if not robots:
                 raise Mistake("has no robot", path=("world",))
+            if lab.opponent is not None and robots % 2:
+                raise Mistake(f"has {counted(robots, 'robot')}, which two programs cannot share", path=("world",))
         for place, goal in enumerate(lab.goals):
             with first.at("goal", place), _in(variant):
-                goal.check(lab.zones_of(variant), robots, things_of(scene), len(stripes_of(scene)))
+                goal.check(lab.zones_of(variant), lab.share(robots).stop, things_of(scene), len(stripes_of(scene)))
     return lab
 
 

@@ -108,12 +108,26 @@ class _End(MemoryTransport):
 
 
 class Marker:
-    """Serves one program in one variant of a lab, on the running event loop, a simulated one."""
+    """Serves one program in one variant of a lab, on the running event loop, a simulated one.
 
-    def __init__(self, lab: Lab, variant: Variant, send: Callable[[bytes], object]) -> None:
+    Args:
+        lab: The lab.
+        variant: The variant.
+        send: Sends a frame to the program.
+        rival: Serves the first program of a game; this one has the other half of the robots in the same world.
+    """
+
+    def __init__(
+        self, lab: Lab, variant: Variant, send: Callable[[bytes], object], rival: Marker | None = None
+    ) -> None:
         assert variant.time is not None
-        self._simulation = simulation = Simulation(settings_of(variant))
-        self._tracer = Tracer(lab, variant, simulation)
+        simulation = Simulation(settings_of(variant)) if rival is None else rival.simulation
+        self.simulation: Simulation = simulation  # the world and the robots, which both programs of a game share
+        self.tracer: Tracer = Tracer(lab, variant, simulation) if rival is None else rival.tracer  # and their judge
+        self._player = 0 if rival is None else 1
+        share = lab.share(simulation.count, self._player)
+        self._first = share.start
+        self._robots = [simulation.robots[index] for index in range(share.start, share.stop)]
         self._until = variant.time
         self._send = send
         self._requests: Counter[str] = Counter()
@@ -124,7 +138,7 @@ class Marker:
         self._has_met = False
         self._decoders: list[AnyDecoder] = []
         if any(isinstance(goal, Requests) for goal in lab.goals):
-            self._decoders = [decoder_of(simulation.robots[index].firmware) for index in range(simulation.count)]
+            self._decoders = [decoder_of(robot.firmware) for robot in self._robots]
 
     async def take(self, frame: bytes) -> None:
         """Do what a frame of the program says, and answer it.
@@ -139,16 +153,24 @@ class Marker:
         else:
             self._obey(letter, body)
 
-    async def result(self, end: End, output: Callable[[], str]) -> VariantResult:
-        """Return what became of a run that is over; the world goes on for a while after the end of a program."""
-        ended = self._simulation.time
-        if end[2] is not None:
+    def note(self, end: End) -> End:
+        """Note how the program has ended, now, and return it."""
+        self._end, self._ended = end, self.simulation.time
+        return end
+
+    async def afterwards(self, *ends: End) -> None:
+        """Let the world go on for a while if all its programs have ended by themselves."""
+        if all(code is not None for _, _, code in ends):
             await asyncio.sleep(AFTERWARDS)
-        return self._tracer.judged(end, ended, self._requests, output(), self._transcript.hexdigest())
+
+    def result(self, output: str) -> VariantResult:
+        """Return what became of a program, when its world has come to its end."""
+        digest = self._transcript.hexdigest()
+        return self.tracer.judged(self._end, self._ended, self._requests, output, digest, self._player)
 
     def close(self) -> None:
         """End the world."""
-        self._simulation.close()
+        self.simulation.close()
 
     def _answer(self, letter: int, body: bytes) -> None:
         frame = lockstep.LETTER.pack(1 + len(body), letter) + body
@@ -162,8 +184,7 @@ class Marker:
             if self._has_met or body != bytes((lockstep.VERSION,)):
                 raise BrokenRule("a hello that is wrong, or a second one")
             self._has_met = True
-            firmwares = [self._simulation.robots[index].firmware for index in range(self._simulation.count)]
-            codecs = "".join(profile_named(each).codec[0] for each in firmwares).encode()
+            codecs = "".join(profile_named(robot.firmware).codec[0] for robot in self._robots).encode()
             self._answer(
                 lockstep.HELLO, lockstep.GREETING.pack(lockstep.VERSION, self._loop.time(), len(codecs)) + codecs
             )
@@ -199,9 +220,9 @@ class Marker:
         return value  # type: ignore[no-any-return]  # struct's answer has no type
 
     def _open(self, index: int) -> None:
-        if not 0 <= index < self._simulation.count or index in self._ends:
+        if not 0 <= index < len(self._robots) or index in self._ends:
             raise BrokenRule(f"robot {index + 1}, which does not exist or is open already")
-        robot = self._simulation.robots[index]
+        robot = self._robots[index]
         try:
             robot.check_link("")
         except LinkNotFound as error:
@@ -222,21 +243,21 @@ class Marker:
         self._answer(lockstep.WRITE, lockstep.KEPT.pack(end.kept()))
 
     def _say(self, index: int, message: bytes) -> None:
-        world = self._simulation.world
+        world = self.simulation.world
         assert world is not None
         try:
-            world.send_message(index, message, at=self._simulation.time)
+            world.send_message(self._first + index, message, at=self.simulation.time)
         except ArgumentError as error:
             raise BrokenRule(f"a message that cannot be: {error}") from None
 
     def _hear(self, index: int) -> None:
-        world, robot = self._simulation.world, self._simulation.robots[index]
+        world, robot = self.simulation.world, self._robots[index]
         assert world is not None
         robot.link.catch_up()
         robot.hardware.advance(robot.link.now)
         heard = (
             lockstep.HEARD.pack(each.distance, each.bearing, each.time, len(each.message)) + each.message
-            for each in world.neighbours(index)
+            for each in world.neighbours(self._first + index)
         )
         self._answer(lockstep.HEAR, b"".join(heard))
 

@@ -7,7 +7,7 @@ import io
 from collections.abc import Sequence
 from html import escape
 
-from elib.base.plaintext import plain
+from elib.base.plaintext import counted, plain
 from elib.lab import Lab
 from elib.lab.marking import Mark, MarkedRun
 from elib.lab.result import ENDING
@@ -68,11 +68,11 @@ def named(file: str) -> str:
     return file.removesuffix(".py").removesuffix(ENDING)
 
 
-def to_csv(marked: Marked) -> str:
+def to_csv(rows: Sequence[Sequence[str]]) -> str:
     """Return the rows as CSV for a spreadsheet."""
     out = io.StringIO()
     # A spreadsheet calculates what begins like a formula, and names and remarks come from students.
-    csv.writer(out).writerows([[f"'{c}" if c[:1] in tuple("=+-@") else c for c in row] for row in to_rows(marked)])
+    csv.writer(out).writerows([[f"'{c}" if c[:1] in tuple("=+-@") else c for c in row] for row in rows])
     return out.getvalue()
 
 
@@ -80,7 +80,10 @@ def to_html(lab: Lab, marks: Sequence[Mark]) -> str:
     """Return a page that needs nothing beside it: the table, and each run with its picture and what happened."""
     heading, *rows = _rows_of(lab, marks)
     goals = slice(3, 3 + len(lab.goals))
-    head = "".join(f"<th>{escape(cell)}</th>" for cell in ("submission", "points", *heading[goals], "remarks"))
+    head = (
+        "".join(f"<th>{escape(cell)}</th>" for cell in ("submission", "points", *heading[goals]))
+        + '<th class="rest"></th>'
+    )
     body = "".join(_row(row, mark, goals) for row, mark in zip(rows, marks, strict=True))
     return PAGE.format(
         title=escape(lab.title),
@@ -121,10 +124,8 @@ def to_json(lab: Lab, marks: Sequence[Mark]) -> dict[str, object]:
 def _summary(lab: Lab, marks: Sequence[Mark]) -> str:
     full = sum(mark.points == mark.most for mark in marks)
     broke = sum(bool(mark.broke) for mark in marks)
-    return (
-        f"{len(marks)} submissions in {len(lab.variants)} variants. {full} of them hold all goals;"
-        f" {broke} broke the rules of the link."
-    )
+    told = f"{counted(len(marks), 'submission')} in {counted(len(lab.variants), 'variant')}"
+    return f"{told}: {full} with all points, {broke} broke the rules of the link."
 
 
 def _row(row: list[str], mark: Mark, goals: slice) -> str:
@@ -133,17 +134,19 @@ def _row(row: list[str], mark: Mark, goals: slice) -> str:
         held, _, runs = cell.partition("/")
         kind = "all" if held == runs else "none" if held == "0" else "some"
         cells.append(f'<td class="{kind}">{cell}</td>')
-    similar = f"<br>similar: {escape(row[-1])}" if row[-1] else ""
-    cells.append(f"<td>{escape(row[-2])}{similar}</td>")
-    kind = ' class="cheat"' if mark.broke else ""
-    return f"<tr{kind}>{''.join(cells)}</tr>\n"
+    texts = (row[-2], f"similar: {row[-1]}" if row[-1] else "")
+    remarks = "<br>".join(escape(text) for text in texts if text)
+    kind = "remarks cheat" if mark.broke else "remarks"
+    below = f'<tr class="{kind}"><td colspan="{len(cells) + 1}">{remarks}</td></tr>' if remarks else ""
+    return f"<tr>{''.join(cells)}<td></td></tr>{below}\n"
 
 
 def _details(index: int, mark: Mark) -> str:
     name = plain(mark.name)
     more = ""
     if mark.output:
-        more += f"<details><summary>what it printed</summary><pre>{escape(mark.output)}</pre></details>"
+        last = escape(mark.runs[-1].variant)
+        more += f"<details><summary>what it printed in {last}</summary><pre>{escape(mark.output)}</pre></details>"
     if mark.machine:
         more += f'<details><summary>its states</summary><figure class="machine">{mark.machine}</figure></details>'
     return (
@@ -154,13 +157,18 @@ def _details(index: int, mark: Mark) -> str:
 
 
 def _figure(run: MarkedRun) -> str:
+    return f"<figure><figcaption>{escape(run.variant)}</figcaption>{run.picture}{told(run)}</figure>"
+
+
+def told(run: MarkedRun) -> str:
+    """Return what happened in a run, in HTML."""
     goals = "".join(
         f'<li class="{"all" if each.holds else "none"}"><b>{escape(each.goal.name)}</b>'
         f" {'holds' if each.holds else 'fails'}: {escape(each.text)}</li>"
         for each in run.goals
     )
     remark = f"<p>{escape(run.remark)}</p>" if run.remark else ""
-    return f"<figure><figcaption>{escape(run.variant)}</figcaption>{run.picture}{remark}<ul>{goals}</ul></figure>"
+    return f"{remark}<ul>{goals}</ul>"
 
 
 def _anchor(name: str) -> str:
@@ -181,17 +189,18 @@ PAGE = """<!DOCTYPE html>
 body {{ font: 16px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem; }}
 .wide {{ overflow-x: auto; }}
 table {{ border-collapse: collapse; }}
-th, td {{ text-align: left; padding: .3rem .7rem; border-bottom: 1px solid var(--line); vertical-align: top; }}
+th, td {{ text-align: left; padding: .3rem .7rem; border-top: 1px solid var(--line); vertical-align: top; }}
+th.rest {{ width: 100%; }} .remarks td {{ border: 0; padding-top: 0; overflow-wrap: anywhere; }}
 td:nth-child(2) {{ white-space: nowrap; font-variant-numeric: tabular-nums; }}
 a {{ color: inherit; }}
 .all {{ color: var(--all); }} .none {{ color: var(--none); }} .some {{ color: var(--some); }}
-.cheat td:last-child {{ color: var(--none); font-weight: 600; }}
+.cheat td {{ color: var(--none); font-weight: 600; }}
 section {{ border-top: 1px solid var(--line); margin-top: 2rem; }}
-.runs {{ display: flex; flex-wrap: wrap; gap: 1.5rem; }}
-figure {{ margin: 0; width: 20rem; }}
-figure.machine {{ width: auto; }} figcaption {{ font-weight: 600; margin-bottom: .3rem; }}
-figure svg {{ width: 100%; height: auto; border-radius: .4rem; border: 1px solid var(--line); }}
+.runs {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(min(16rem, 100%), 1fr)); gap: 1.5rem; }}
+figure {{ margin: 0; }} figcaption {{ font-weight: 600; margin-bottom: .3rem; }}
+figure svg {{ box-sizing: border-box; width: 100%; height: auto; border-radius: .4rem; border: 1px solid var(--line); }}
 .machine svg {{ width: auto; max-width: 100%; background: #fff; }}
+@media (max-width: 40rem) {{ table {{ font-size: .85rem; }} th, td {{ padding: .3rem .25rem; }} }}
 ul {{ padding-left: 1.1rem; }} li {{ overflow-wrap: anywhere; }}
 pre {{ overflow-x: auto; padding: .7rem; border: 1px solid var(--line); border-radius: .4rem; }}
 </style></head><body>

@@ -34,7 +34,7 @@ def wrong_claim(lab: Lab, text: str, runs: Sequence[Sequence[GoalResult]]) -> st
     if name not in names:
         return f"it should fail {name}, but there is no such goal: {nearest(name, names)}"
     failed = [each for goals in runs for each in goals if not each.holds]
-    if any(each.goal.name == name and not each.text.endswith(MISSED) for each in failed):
+    if any(each.goal.name == name and not each.text.startswith(MISSED) for each in failed):
         return ""
     fail = {each.goal.name for each in failed}
     also = ", ".join(each for each in names if each in fail - {name})

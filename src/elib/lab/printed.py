@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import product
 
 from elib.lab.goal import Place
@@ -20,8 +21,11 @@ MAX_TRIED = 2_000
 """Occupied squares that are looked for in the world: a map that is black all over would keep a marker busy."""
 HEAD = re.compile(r"^map (\S+) (\S+) (\S+)\n((?:[#.?]+(?:\n|\Z))+)", re.MULTILINE)
 
+Moves = Callable[[float, float], tuple[float, float]]
 Surface = tuple[float, float, float, float]
 Square = tuple[int, int]
+Patch = tuple[bool, tuple[tuple[float, float], ...]]
+"""A part of the floor on a map: whether something stands there, and its corners in the world, m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +35,7 @@ class PrintedMap:
     cell: float
     x: float
     y: float
-    rows: Sequence[str]
+    rows: tuple[str, ...]
 
     def is_free(self, x: float, y: float) -> bool:
         """Return whether it has a place as free."""
@@ -47,6 +51,18 @@ class PrintedMap:
             if what == "#"
         }
 
+    def patches(self, start: Place, fit: Place) -> list[Patch]:
+        """Return the parts of each row that are equal in the world, laid over it as :attr:`Shares.fit` says."""
+        to_world, half = _placed(start, *fit)[1], self.cell / 2
+        found: list[Patch] = []
+        for row, text in enumerate(self.rows):
+            y = self.y + row * self.cell
+            for part in re.finditer(r"#+|\.+", text):
+                left, right = (self.x + column * self.cell - half for column in part.span())
+                corners = (left, y - half), (right, y - half), (right, y + half), (left, y + half)
+                found.append((part[0][0] == "#", tuple(to_world(*corner) for corner in corners)))
+        return found
+
 
 def last_map(output: str) -> PrintedMap | None:
     """Return the last map that a program printed; None if there is none, or if it is too large."""
@@ -55,7 +71,7 @@ def last_map(output: str) -> PrintedMap | None:
         cell, x, y = map(float, found[-1].group(1, 2, 3))
     except (IndexError, ValueError):
         return None
-    rows = found[-1][4].split()[::-1]
+    rows = tuple(found[-1][4].split()[::-1])
     is_sound = cell >= 0.001 and abs(x) < 1000 and abs(y) < 1000 and sum(map(len, rows)) <= MAX_SQUARES
     return PrintedMap(cell, x, y, rows) if is_sound else None
 
@@ -67,6 +83,8 @@ class Shares:
     free: float  # of the ground on which the robot could drive, what the map has as free
     walls: float  # of the walls, what it has as occupied
     occupied: float  # of what it has as occupied, what stands there
+    # where the map fits best: by how much it is turned, rad, and moved ahead and to the left, m
+    fit: Place = field(default=(0.0, 0.0, 0.0), compare=False)
 
     @property
     def least(self) -> float:
@@ -74,7 +92,8 @@ class Shares:
         return min(self.free, self.walls, self.occupied)
 
 
-def compared(told: PrintedMap, start: Place, surfaces: Iterable[Surface], within: float) -> Shares:
+@lru_cache(1)  # the judge asks for the shares, and the picture for the fit
+def compared(told: PrintedMap, start: Place, surfaces: tuple[Surface, ...], within: float) -> Shares:
     """Return how right a map is, where it fits best, in which the robot starts at (0, 0) and looks along x.
 
     Args:
@@ -94,24 +113,33 @@ def compared(told: PrintedMap, start: Place, surfaces: Iterable[Surface], within
     tried = sorted(solid)[:: 1 + len(solid) // MAX_TRIED]
 
     def shares(turn: float, right: float, up: float) -> Shares:
-        cos, sin = math.cos(start[2] + turn), math.sin(start[2] + turn)
-
-        def to_map(x: float, y: float) -> tuple[float, float]:
-            x, y = x - start[0], y - start[1]
-            return x * cos + y * sin + right, y * cos - x * sin + up
-
-        def to_world(x: float, y: float) -> tuple[float, float]:
-            x, y = x - right, y - up
-            return x * cos - y * sin + start[0], y * cos + x * sin + start[1]
-
+        to_map, to_world = _placed(start, turn, right, up)
         return Shares(
             _share([told.is_free(*to_map(*place)) for place in free]),
             _share([_square(*to_map(*place)) in beside for place in walls]),
             _share([_square(*to_world(column * STEP, row * STEP)) in near for column, row in tried]),
+            (turn, right, up),
         )
 
-    fits = (shares(math.radians(2 * turn), STEP * x, STEP * y) for turn, x, y in product(TURNS, SHIFTS, SHIFTS))
+    # Of equal fits the first counts, and a picture shows it: that which moves the map least.
+    moves = sorted(product(TURNS, SHIFTS, SHIFTS), key=lambda each: sum(map(abs, each)))
+    fits = (shares(math.radians(2 * turn), STEP * x, STEP * y) for turn, x, y in moves)
     return max(fits, key=lambda each: (each.least, each.free + each.walls + each.occupied))
+
+
+def _placed(start: Place, turn: float, right: float, up: float) -> tuple[Moves, Moves]:
+    """Return what turns a place of the world into one of a map, and back."""
+    cos, sin = math.cos(start[2] + turn), math.sin(start[2] + turn)
+
+    def to_map(x: float, y: float) -> tuple[float, float]:
+        x, y = x - start[0], y - start[1]
+        return x * cos + y * sin + right, y * cos - x * sin + up
+
+    def to_world(x: float, y: float) -> tuple[float, float]:
+        x, y = x - right, y - up
+        return x * cos - y * sin + start[0], y * cos + x * sin + start[1]
+
+    return to_map, to_world
 
 
 def _share(flags: Sequence[bool]) -> float:

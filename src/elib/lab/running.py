@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import os
 import socket
@@ -9,10 +10,11 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+import types
+from collections.abc import Callable, Coroutine, Generator, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from elib.base.errors import ElibError, Unsupported
 from elib.base.extras import install
@@ -53,7 +55,7 @@ def program_command(program: str | PathLike[str], number: int) -> list[str]:
 def run_variant(
     lab: Lab, variant: Variant, start: Callable[[socket.socket], Running], *, wall: float = WALL
 ) -> VariantResult:
-    """Run a program in a variant of a lab, and judge it.
+    """Run a program in a variant of a lab, and judge it. In a game the other half of the robots stand.
 
     Args:
         lab: The lab.
@@ -65,6 +67,13 @@ def run_variant(
         ElibError: The world or the program could not be started, or the lab needs an extra that is not installed. What
             the program does raises nothing.
     """
+    return run_together(lab, variant, [start], wall=wall)[0]
+
+
+def run_together(
+    lab: Lab, variant: Variant, starts: Sequence[Callable[[socket.socket], Running]], *, wall: float = WALL
+) -> list[VariantResult]:
+    """Run the two programs of a game in one world, or one program; see :func:`run_variant`."""
     if sys.platform == "win32":
         raise Unsupported("a program cannot be checked on Windows", hint="use Linux, macOS, or WSL")
     if lab.lacks:
@@ -72,24 +81,49 @@ def run_variant(
         raise Unsupported(what, hint=install(lab.lacks))
     loop = SimulatedLoop()
     try:
-        return loop.run_until_complete(_run(lab, variant, start, wall))
+        return loop.run_until_complete(_run(lab, variant, starts, wall))
     finally:
         loop.close()
 
 
-async def _run(lab: Lab, variant: Variant, start: Callable[[socket.socket], Running], wall: float) -> VariantResult:
-    """Run the program to its end and judge it."""
-    ours, theirs = socket.socketpair()
-    with ours:
-        with theirs:
-            link = _Link(ours, wall)
-            marker = Marker(lab, variant, link.send)
-            link.running = running = start(theirs)
+async def _run(
+    lab: Lab, variant: Variant, starts: Sequence[Callable[[socket.socket], Running]], wall: float
+) -> list[VariantResult]:
+    """Run the programs to their end and judge them."""
+    served: list[tuple[Marker, _Link]] = []
+    with contextlib.ExitStack() as stack:
+        for start in starts:
+            ours, theirs = socket.socketpair()
+            stack.enter_context(ours)
+            with theirs:
+                link = _Link(ours, wall)
+                marker = Marker(lab, variant, link.send, served[0][0] if served else None)
+                stack.callback(marker.close)
+                link.running = start(theirs)
+                stack.callback(link.running.kill)
+            served.append((marker, link))
+        links = [link for _, link in served]
+        # Each is served until it waits, the first one first: who computes how fast changes nothing.
+        ends = await asyncio.gather(
+            *(_in_turn(_end(marker, link), [each for each in links if each is not link]) for marker, link in served)
+        )
+        await served[0][0].afterwards(*ends)
+        return [marker.result(link.running.output) for marker, link in served]
+
+
+@types.coroutine
+def _in_turn(work: Coroutine[Any, Any, End], others: Sequence[_Link]) -> Generator[Any, None, End]:
+    """Serve one program. Nothing else happens meanwhile, so the clock on the wall stands for the others."""
+    while True:
+        began = time.monotonic()
         try:
-            return await marker.result(await _end(marker, link), lambda: running.output)
+            waited = work.send(None)
+        except StopIteration as end:
+            return end.value  # type: ignore[no-any-return]  # what a coroutine returns has no type here
         finally:
-            running.kill()
-            marker.close()
+            for other in others:
+                other.deadline += time.monotonic() - began
+        yield waited
 
 
 async def _end(marker: Marker, link: _Link) -> End:
@@ -99,12 +133,12 @@ async def _end(marker: Marker, link: _Link) -> End:
             while True:
                 await marker.take(link.frame())
         except ProgramEnded:
-            return end_by(link.exit_code())
+            return marker.note(end_by(link.exit_code()))
     except RunOver as over:
         if over.ending == "time":
             link.drain(GRACE)
         link.running.kill()
-        return over.ending, str(over), None
+        return marker.note((over.ending, str(over), None))
 
 
 class ProgramEnded(Exception):
@@ -119,7 +153,7 @@ class _Link:
     def __init__(self, program: socket.socket, wall: float) -> None:
         self._socket = program
         self._wall = wall
-        self._deadline = time.monotonic() + wall
+        self.deadline = time.monotonic() + wall
         self._received = bytearray()
 
     def frame(self) -> bytes:
@@ -156,7 +190,7 @@ class _Link:
 
         It has closed its end long before it has printed what it has to say.
         """
-        self._deadline = min(self._deadline, time.monotonic() + seconds)
+        self.deadline = min(self.deadline, time.monotonic() + seconds)
         with contextlib.suppress(RunOver):
             with contextlib.suppress(ProgramEnded):
                 while True:
@@ -189,10 +223,16 @@ class _Link:
 
     def _left(self) -> float:
         """Return the time that is left by the wall clock, s."""
-        left = self._deadline - time.monotonic()
+        left = self.deadline - time.monotonic()
         if left <= 0:
             raise wall_over(self._wall)
         return left
+
+
+def plain_opponents(lab: Lab) -> list[Callable[[socket.socket], Running]]:
+    """Return what starts the opponent of a game, so that a program can be tried alone; nothing in other labs."""
+    opponent = lab.opponent
+    return [] if opponent is None else [lambda link: PlainProgram(opponent, link)]
 
 
 class PlainProgram:

@@ -18,6 +18,7 @@ import tempfile
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 
 from elib.base.errors import Unsupported
@@ -52,6 +53,9 @@ class Limits:
 
 LIMITS = Limits()
 """What a submission may use unless the marker says otherwise."""
+
+
+_STARTED = count()
 
 
 class Child:
@@ -165,7 +169,8 @@ def start(
         "path": path,
         "link": link.fileno(),
         "ready": READY,
-        "user": FIRST_USER + os.getpid() % USERS if safe and is_root else 0,
+        # The two programs of a game are two users, so that the processes of one do not count for the other.
+        "user": FIRST_USER + (2 * os.getpid() + next(_STARTED) % 2) % USERS if safe and is_root else 0,
         "limits": {
             # The watcher is more exact, and says why: the kernel counts whole ticks here.
             "RLIMIT_CPU": 2 * limits.cpu,

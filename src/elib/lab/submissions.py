@@ -47,7 +47,7 @@ def find_submissions(folder: Path) -> list[Submission]:
             f"{folder} cannot be read: {reason_of(error)}", hint="name the folder with all that was handed in"
         ) from None
     found = [
-        _read(place)
+        read_submission(place)
         for place in places
         if place.name.endswith((".py", ENDING)) or (place.is_dir() and (place.is_symlink() or any(place.glob("*.py"))))
     ]
@@ -59,7 +59,8 @@ def find_submissions(folder: Path) -> list[Submission]:
     return found
 
 
-def _read(place: Path) -> Submission:
+def read_submission(place: Path) -> Submission:
+    """Return what lies in a file or a folder as a submission."""
     name = place.name.encode(errors="replace").decode()
     if place.is_symlink():  # it could lead to another one's work, or to the teacher's
         return Submission(name, place.parent, problem="it is a link, not a file")

@@ -11,9 +11,11 @@ from os import PathLike
 from typing import TYPE_CHECKING, Literal
 
 from elib.lab.goal import GoalResult, Trace, Zone, judge
-from elib.lab.goals import Lit
+from elib.lab.goals import Lit, Maps, Outdoes
 from elib.lab.labfile import Lab, Variant, stripes_of, things_of
+from elib.lab.printed import Patch
 from elib.simulator.drawing import draw
+from elib.simulator.drawing.top import Look
 from elib.simulator.physics import Pose, Snapshot
 
 if TYPE_CHECKING:
@@ -42,6 +44,7 @@ class VariantResult:
         paths: Where each robot was, a pose for each tick.
         snapshot: The world at the end.
         zones: The zones of the variant.
+        patches: The parts of the map that the program printed, if a goal is about that.
         requests: How often each command was sent, if a goal asks for that.
         output: What the program printed.
         transcript: A digest of all that went over the link: equal runs have equal digests.
@@ -56,6 +59,7 @@ class VariantResult:
     paths: tuple[tuple[Pose, ...], ...]
     snapshot: Snapshot
     zones: tuple[Zone, ...]
+    patches: tuple[Patch, ...]
     requests: Counter[str]
     output: str
     transcript: str
@@ -71,9 +75,10 @@ class VariantResult:
         return self.time > 0
 
     def draw(self, path: str | PathLike[str] | None = None, *, size: int = 900) -> str | None:
-        """Draw the paths in the world, as .svg or .png; without a path the SVG text is returned."""
-        caption = f"{self.variant.name} · {self.time:.1f} s"
-        return draw(self.snapshot, path, trails=self.paths, caption=caption, size=size, zones=self.zones)
+        """Draw the paths and the printed map in the world, as .svg or .png; without a path the SVG text is returned."""
+        caption = f"{self.variant.name} · {self.time:.1f} s" + (" · orange: its map" if self.patches else "")
+        look = Look(trails=self.paths, caption=caption, size=size, zones=self.zones, patches=self.patches)
+        return draw(self.snapshot, path, **look)
 
 
 def end_by(code: int) -> End:
@@ -93,27 +98,32 @@ class Tracer:
         self._poses: list[list[Pose]] = []
         self._touching: list[list[bool]] = []
         self._lit: list[list[int]] = []
+        self._lasted = [0.0] * self._world.robots
         self._wants_lamps = any(isinstance(goal, Lit) for goal in lab.goals)
+        self._wants_energy = any(isinstance(goal, Outdoes) for goal in lab.goals)
         self._note()
 
     def so_far(self) -> tuple[GoalResult, ...]:
         """Return what the goals say of a run that goes on, without what its program has sent and printed."""
-        return judge(self._lab.goals, self._trace(self._world.snapshot(), Counter(), "", self._simulation.time))
+        return judge(self._lab.goals, self._trace(self._world.snapshot(), time=self._simulation.time))
 
     def over(self, code: int) -> tuple[GoalResult, ...]:
         """Return the same of a run whose program has ended now, with an exit code."""
         return self.judged(end_by(code), self._simulation.time, Counter(), "", "").goals
 
-    def judged(self, end: End, time: float, requests: Counter[str], output: str, transcript: str) -> VariantResult:
-        """Return what became of a run that is over; the arguments are those of the result."""
+    def judged(
+        self, end: End, time: float, requests: Counter[str], output: str, transcript: str, player: int = 0
+    ) -> VariantResult:
+        """Return what became of a run that is over; the arguments are those of the result, and whose it is."""
         ending, why, code = end
         self._world.run_to(self._simulation.time)
         snapshot = self._world.snapshot()
-        trace = self._trace(snapshot, requests, output, time, ending in ("ended", "failed"), code)
+        trace = self._trace(snapshot, player, requests, output, time, ending in ("ended", "failed"), code)
         goals = judge(self._lab.goals, trace, why if ending in ("wall", "broke") else "")
         paths, zones = tuple(zip(*self._poses, strict=True)), tuple(trace.zones.values())
+        patches = tuple(patch for goal in self._lab.goals if isinstance(goal, Maps) for patch in goal.patches(trace))
         return VariantResult(
-            self._variant, goals, ending, why, code, time, paths, snapshot, zones, requests, output, transcript
+            self._variant, goals, ending, why, code, time, paths, snapshot, zones, patches, requests, output, transcript
         )
 
     def _note(self) -> None:
@@ -125,31 +135,38 @@ class Tracer:
         if self._wants_lamps:
             rings = [robot.lamps.ring for robot in world.snapshot().robots]
             self._lit.append([sum(1 << led for led, colour in enumerate(ring) if any(colour)) for ring in rings])
+        if self._wants_energy:
+            for robot in range(world.robots):
+                self._lasted[robot] += world.scene.step * (world.energy(robot) > 0)
         # Between two ticks: on a tick itself a reading could come before or after it.
         simulation.loop.call_at(simulation.origin + (world.tick + 1.5) * world.scene.step, self._note)
 
     def _trace(
         self,
         snapshot: Snapshot,
-        requests: Counter[str],
-        output: str,
-        time: float,
+        player: int = 0,
+        requests: Counter[str] | None = None,
+        output: str = "",
+        time: float = 0.0,
         has_ended: bool = False,
         code: int | None = None,
     ) -> Trace:
         world, scene = self._world, self._world.scene
+        own, other = self._lab.share(world.robots, player), self._lab.share(world.robots, 1 - player)
+        earned = [(each.score, lasted, each.energy) for each, lasted in zip(snapshot.robots, self._lasted, strict=True)]
         return Trace(
             step=scene.step,
-            poses=[[(pose.x, pose.y, pose.heading) for pose in row] for row in self._poses],
-            touching=self._touching,
-            lit=self._lit,
-            speeds=[world.wheel_speeds(robot) for robot in range(world.robots)],
-            earned=[(each.score, each.energy) for each in snapshot.robots],
+            poses=[[(pose.x, pose.y, pose.heading) for pose in row[own]] for row in self._poses],
+            touching=[row[own] for row in self._touching],
+            lit=[row[own] for row in self._lit],
+            speeds=[world.wheel_speeds(robot) for robot in range(world.robots)][own],
+            earned=earned[own],
+            rivals=earned[other],
             things=things_of(snapshot),
             zones=self._lab.zones_of(self._variant),
             stripes=stripes_of(scene),
             surfaces=[(wall.x1, wall.y1, wall.x2, wall.y2) for wall in (*scene.edge, *scene.surfaces)],
-            requests=requests,
+            requests=requests or Counter(),
             output=output,
             time=time,
             has_ended=has_ended,

@@ -71,12 +71,16 @@ class InPlace:
         try:
             output = run(text, work, self._is_late)
             self._end = self._end or end_by(codes[0])
-            return self._do(self._marker.result(self._end, lambda: output))
+            return self._do(self._judge(self._end, output))
         finally:
             log.setLevel(level)  # a program whose time is over changes it
             with outside(self._loop):
                 self._marker.close()
             self._loop.close()
+
+    async def _judge(self, end: End, output: str) -> VariantResult:
+        await self._marker.afterwards(self._marker.note(end))
+        return self._marker.result(output)
 
     # -- the channel --
 

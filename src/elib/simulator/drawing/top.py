@@ -29,6 +29,8 @@ EDGE = Colour(52, 58, 70)
 INK = Colour(52, 58, 70)
 FAINT_INK = Colour(112, 117, 126)
 ZONE = Colour(38, 130, 98)
+TOLD = Colour(240, 140, 30)
+TOLD_FREE = Colour(255, 238, 214)
 
 TRAIL_HUES = (
     Colour(24, 90, 157),
@@ -67,6 +69,8 @@ class Look(TypedDict, total=False):
     caption: str | None  # line below the picture; None makes one from the snapshot, "" leaves it empty
     size: int  # pixels of the arena's longer side, 200..8000
     zones: Sequence[Zone]  # parts of the floor to be marked
+    # parts of a map that is laid over the floor: whether something stands there on the map, and the corners, m
+    patches: Sequence[tuple[bool, Sequence[tuple[float, float]]]]
     tones: Tones  # the colours around the things
 
 
@@ -76,6 +80,7 @@ def top_view(
     caption: str | None = None,
     size: int = 900,
     zones: Sequence[Zone] = (),
+    patches: Sequence[tuple[bool, Sequence[tuple[float, float]]]] = (),
     tones: Tones = ON_PAPER,
 ) -> Drawing:
     """Return the drawing of *snapshot* from above; the other arguments are those of :class:`Look`.
@@ -85,13 +90,17 @@ def top_view(
     """
     SIZE.require(size, "size")
     frame = _Frame(snapshot, size, tones)
+    told = [(solid, tuple(frame.at(*corner) for corner in corners)) for solid, corners in patches]
     shapes = [
         *_floor(snapshot, frame),
+        *(Area(corners, TOLD_FREE, TOLD_FREE, 0.5) for solid, corners in told if not solid),
         *(shape for zone in snapshot.zones if zone.outline for shape in _area(zone, snapshot, frame)),
         *(shape for zone in zones for shape in _zone(zone, frame)),
         *_shadows(snapshot, frame),
         *(shape for i, trail in enumerate(trails) for shape in _trail(trail, hue(i), frame)),
         *_obstacles(snapshot, frame),
+        *(Area(corners, TOLD) for solid, corners in told if solid),
+        *_walls(snapshot, frame),
         *(shape for robot in snapshot.robots for shape in _beams(robot, frame)),
         *(shape for i, trail in enumerate(trails) for shape in _start(trail, hue(i), frame)),
         *(shape for robot in snapshot.robots for shape in robot_shapes(robot, frame.at, frame.scale)),
@@ -166,7 +175,7 @@ def _title(name: str, top: Point, colour: Colour, frame: _Frame) -> Text:
     """Return the name of a zone above its upper end."""
     x, bottom = top[0], top[1] - 0.4 * frame.text
     if bottom - frame.text < frame.margin:  # the wall is there: go above it
-        bottom = frame.margin - 0.7 * frame.text
+        bottom = frame.margin - 6 * frame.line - 0.25 * frame.text
     return Text((x, bottom), name, 0.85 * frame.text, colour, "middle")
 
 
@@ -224,6 +233,9 @@ def _obstacles(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
         if not post.is_pushable:
             yield Circle(centre, 0.62 * radius, blend(post.colour, FLOOR, 0.22))
         yield from push_shapes(post, frame.at, 2 * frame.line)
+
+
+def _walls(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
     for wall in snapshot.walls:
         yield Stroke(
             (frame.at(wall.x1, wall.y1), frame.at(wall.x2, wall.y2)),
