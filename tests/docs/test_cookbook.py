@@ -89,12 +89,12 @@ DRAWN = {
     "Follow a wall": r"at the goal",
     "Follow a line": r"on the line 100 %",
     "Drive until something is near": r"stopped after 2\d cm",
-    "Follow a hand": r"stands at [34]\d\d counts",
+    "Follow a hand": r"stands [23]\.\d cm away",
     "Avoid obstacles": r"drove for 30 s",
     "Drive until blocked, then turn": r"(\d+ s: turned by \d\.\d rad\n){4,14}$",
     "A Braitenberg vehicle": r"nearest at the end: \d{1,3} ",
     "Light up where something is near": r"LED [017] is lit",
-    "Beep like a parking car": r"\d\d counts: beep",
+    "Beep like a parking car": r"\d\.\d cm: beep",
     "A world of your own": r"the box is 3\d cm ahead",
 }
 """Programs that need sensors to tell something, and what they print on every robot."""
