@@ -21,7 +21,7 @@ from elib.lab.league import outcome, pairs, standings, to_html, to_json, to_rows
 from elib.lab.marking import Mark, mark, play, play_all
 from elib.lab.running import PlainProgram
 from elib.lab.submissions import Submission, find_submissions
-from shared import run
+from shared import PATIENCE, run
 
 isolated = pytest.mark.usefixtures("walls")
 
@@ -139,6 +139,7 @@ def test_points_come_before_time_with_energy_and_that_before_what_is_left() -> N
     assert (holds, text) == (False, "there is no other program")
 
 
+@pytest.mark.long  # the silent one is waited for
 def test_a_silent_program_takes_nothing_of_the_time_of_the_other(game: Lab) -> None:
     def hangs(link: socket.socket) -> None:
         while link.recv(65536):
@@ -147,7 +148,7 @@ def test_a_silent_program_takes_nothing_of_the_time_of_the_other(game: Lab) -> N
     path = game.folder / "fast.py"
     path.write_text(FAST)
     silent, fast = run_together(
-        game, game.variants[0], [lambda link: Talker(link, hangs), lambda link: PlainProgram(path, link)], wall=3
+        game, game.variants[0], [lambda link: Talker(link, hangs), lambda link: PlainProgram(path, link)], wall=PATIENCE
     )
     assert (silent.ending, fast.ending) == ("wall", "ended")
     assert (silent.passed, fast.passed) == (False, True)
