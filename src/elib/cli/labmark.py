@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -103,15 +104,15 @@ def mark(
         table = leagues.standings(played)
         _note_similar(task, submissions, table)
         rows, values = leagues.to_rows(table), leagues.to_json(task, table, played)
-        page = leagues.to_html(task, table, played)
+        page = partial(leagues.to_html, task, table, played)
     else:
         task, marks = marked[0]
-        rows, page = to_rows(marked), to_html(task, marks)
+        rows, page = to_rows(marked), partial(to_html, task, marks)
         values = to_json(task, marks) if len(marked) == 1 else {"labs": [to_json(*each) for each in marked]}
     if csv is not None:
         write_file(csv, to_csv(rows).encode())
     if html is not None:
-        write_file(html, page.encode())
+        write_file(html, page().encode())
     if json:
         print_json(values)
     else:

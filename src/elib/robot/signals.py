@@ -156,7 +156,7 @@ class LoopSignals:
         # the thread that waits for the loop: for its end, or for a call in it. None if no thread does.
         self.waiter: threading.Thread | None = threading.current_thread()
         # ends what it waits for; it then raises the error itself. None if the loop is the program's own: then the tasks
-        # that opened its robots are cancelled, and Ctrl-C is left to run.
+        # that opened its robots are cancelled, and asyncio.run sees to Ctrl-C.
         self.cancel: Callable[[], object] | None = None
         self.came: int | None = None  # the signal that ends it
         self.at_exit: Callable[[], object] | None = None  # called when the interpreter ends, if set

@@ -444,12 +444,11 @@ def _map(slot: Slot, cursor: Cursor) -> MapPart | None:
     if is_known and missed <= MAX_MISSED:
         poses = list(slot.watcher.mapped)[-missed:]
         xs, ys = [pose.x for pose in poses], [pose.y for pose in poses]
-        low, left = grid.square(min(xs) - SIGHT, min(ys) - SIGHT)
-        high, right = grid.square(max(xs) + SIGHT, max(ys) + SIGHT)
-    part = grid.odds[max(0, low - 1) : high + 2, max(0, left - 1) : right + 2]
+        low, left = (max(0, each - 1) for each in grid.square(min(xs) - SIGHT, min(ys) - SIGHT))
+        high, right = (each + 2 for each in grid.square(max(xs) + SIGHT, max(ys) + SIGHT))
+    part = grid.odds[low:high, left:right]
     squares = (part * 127 / MAX_ODDS).round().astype("int8")
-    at = (max(0, low - 1), max(0, left - 1))
-    return MapPart(grid.cell, grid.x, grid.y, size[1], size[0], at, part.shape[1], squares.tobytes())
+    return MapPart(grid.cell, grid.x, grid.y, size[1], size[0], (low, left), part.shape[1], squares.tobytes())
 
 
 def _lines(slot: Slot, cursor: Cursor) -> Lines:

@@ -585,7 +585,7 @@ class DefectKind(HeldKind):
             self.player.break_parts(type(self).__name__, broken)
 
 
-class Sensor(DefectKind):
+class SensorDefect(DefectKind):
     """A sensor reads something wrong: stuck, dead, shifted, weak or noisy, in the unit of its readings."""
 
     keys = _reading("", "the reading")
@@ -595,7 +595,7 @@ class Sensor(DefectKind):
     )
 
 
-class Wheel(DefectKind):
+class WheelDefect(DefectKind):
     """A wheel rolls less than its motor turns it. The step counters do not notice."""
 
     keys = (Strength(0, 100, "", "factor", "how much of its way it rolls; 0 if it is loose"),)
@@ -608,7 +608,7 @@ class CameraDefect(DefectKind):
     keys = _reading("of 255", "each colour of each pixel")
 
 
-class Clock(DefectKind):
+class ClockDefect(DefectKind):
     """The robot's clock goes wrong: its motors turn, and its firmware works, so much faster or slower."""
 
     keys = (Strength(MIN_CLOCK, MAX_CLOCK, "", "factor", "how fast it goes"),)
@@ -627,10 +627,10 @@ KINDS: Mapping[str, type[Kind]] = MappingProxyType(
         "cut": Cut,
         "reset": Reset,
         "battery": Battery,
-        "sensor": Sensor,
-        "wheel": Wheel,
+        "sensor": SensorDefect,
+        "wheel": WheelDefect,
         "camera": CameraDefect,
-        "clock": Clock,
+        "clock": ClockDefect,
     }
 )
 """Every kind of fault, by the name it has in a file."""
