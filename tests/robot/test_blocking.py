@@ -227,6 +227,17 @@ def test_a_program_that_computes_between_its_calls_or_lives_in_real_time_is_told
     assert caplog.records == []
 
 
+def test_a_program_is_not_told_of_the_sleep_of_what_runs_it(caplog: pytest.LogCaptureFixture) -> None:
+    kernel: dict[str, Any] = {}
+    exec("import time\ndef serve(source, names):\n    exec(source, names)\n    time.sleep(0)", kernel)
+    cell = "for _ in range(3):\n    robot.speed()\n    rest(robot)"
+    with elib.connect(SIM) as robot:
+        kernel["serve"](cell, {"robot": robot, "rest": rest, "__name__": "__main__"})
+        assert caplog.records == []
+        kernel["serve"](SLEEPERS[0], {"robot": robot, "rest": rest, "__name__": "__main__"})
+    assert [record.levelname for record in caplog.records] == ["WARNING"]
+
+
 # -- leaving ---------------------------------------------------------------------------------------------------------
 
 

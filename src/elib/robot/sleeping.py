@@ -45,7 +45,9 @@ class Standstill:
                 )
                 return
             self._seen.add(frame.f_code)
-            frame = frame.f_back
+            # Above the program stands what runs it: a notebook's kernel has a time.sleep of its own.
+            is_program = frame.f_globals.get("__name__") == "__main__" and frame.f_locals is frame.f_globals
+            frame = None if is_program else frame.f_back
 
     def read(self, now: float) -> float:
         """Return *now*, the time that a blocking program reads, and warn if it reads the same one all the time."""
