@@ -490,6 +490,7 @@ export type Scene = {
   width: number;
   depth: number;
   walls: [number, number, number, number, string, number, number[]][];
+  blocks: Block[];
   floor: Floor;
   robots: number;
   radius: number;
@@ -643,6 +644,13 @@ export type Scheme = {
   coloured: number[];
   sounds: string[];
   talks_at: Record<string, string>;
+};
+
+/** A fixed block: its corners, m, its height, m. Its sides are among the walls. */
+export type Block = {
+  points: [number, number][];
+  height: number;
+  colour: string;
 };
 
 /** The painted floor, if there is a picture of it; without a colour, it is bare linoleum. */

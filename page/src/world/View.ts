@@ -35,6 +35,15 @@ const [CLEAR, GREEN, PALE, RED, WHITE, UNLIT] = Array.from(
 
 const painted = { vertexColors: true },
   over = { transparent: true, depthWrite: false };
+/** Empty a group, and free what its meshes hold. */
+const discard = (group: three.Group) => {
+  for (const each of group.children as three.Mesh<three.BufferGeometry, three.Material>[]) {
+    each.geometry.dispose();
+    each.material.dispose();
+  }
+  group.clear();
+};
+
 const materials = {
   matte: new three.MeshLambertMaterial(),
   painted: new three.MeshLambertMaterial(painted),
@@ -165,6 +174,7 @@ export class View extends Stage {
   private readonly trails = new Ribbon(0.0015);
   private readonly rays = new Ribbon(0.031);
   private readonly zones = new three.Group();
+  private readonly lids = new three.Group(); // of the blocks, whose sides are walls
   private halos = new three.Points(new three.BufferGeometry(), materials.halo);
   private floor: three.Mesh<three.PlaneGeometry, three.MeshLambertMaterial> | null = null;
   private built: unknown[] = [];
@@ -222,12 +232,13 @@ export class View extends Stage {
     this.meshes.clear();
     this.floor?.material.map?.dispose();
     this.floor?.material.dispose();
+    discard(this.lids);
     this.room.clear();
   }
 
   /** Build what belongs to the room itself. */
   private enter() {
-    const { width, depth, floor, floor_png } = this.world.scene.value!;
+    const { width, depth, floor, floor_png, blocks } = this.world.scene.value!;
     this.clear();
     this.room.background = this.colour("room");
     const size = Math.hypot(width, depth),
@@ -285,17 +296,31 @@ export class View extends Stage {
     });
     this.fill("sides", shapes.side, matte, sides, false);
     this.fill("rims", box, matte, rims, false);
+    for (const { points, height, colour } of blocks) {
+      const shape = new three.Shape(points.map(([x, y]) => new three.Vector2(x, y))),
+        lid = new three.Mesh(new three.ShapeGeometry(shape), new three.MeshLambertMaterial({ color: colour }));
+      lid.position.z = height - 0.0005; // the sides reach a little over it
+      lid.castShadow = lid.receiveShadow = true;
+      this.lids.add(lid);
+    }
     const lamps = this.world.things.value.light.slice(0, SHINING).map(() => new three.PointLight("#ffcf70"));
-    this.room.add(sun, sun.target, sky, this.floor, this.zones, this.trails, this.rays, this.halos, ...lamps);
+    this.room.add(
+      sun,
+      sun.target,
+      sky,
+      this.floor,
+      this.lids,
+      this.zones,
+      this.trails,
+      this.rays,
+      this.halos,
+      ...lamps,
+    );
   }
 
   /** Lay the zones on the floor, darker while they are switched on. */
   private layZones() {
-    for (const each of this.zones.children as three.Mesh<three.BufferGeometry, three.Material>[]) {
-      each.geometry.dispose();
-      each.material.dispose();
-    }
-    this.zones.clear();
+    discard(this.zones);
     for (const { points, colour, on, picture } of this.world.zones.value) {
       const corners = points.map(([x, y]) => new three.Vector2(x, y)),
         ink = { color: colour, transparent: true, depthWrite: false, opacity: picture ? 0 : on ? 0.45 : 0.18 },

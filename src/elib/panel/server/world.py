@@ -72,6 +72,14 @@ class Cylinder(Struct):
     pushable: bool
 
 
+class Block(Struct):
+    """A fixed block: its corners, m, its height, m. Its sides are among the walls."""
+
+    points: tuple[tuple[float, float], ...]
+    height: float
+    colour: str
+
+
 class Zone(Struct):
     """A zone of the world: the corners of its shape, m, whether it is switched on, and whether a picture tells more."""
 
@@ -113,6 +121,7 @@ class Scene(Struct):
     width: float
     depth: float
     walls: Walls
+    blocks: list[Block]
     floor: Floor
     robots: int
     radius: float
@@ -265,6 +274,7 @@ def scene(control: Control, snapshot: Snapshot, own: int | None) -> Scene:
         width=snapshot.width,
         depth=snapshot.depth,
         walls=_walls(snapshot),
+        blocks=[Block(each.points, each.height, str(each.colour)) for each in snapshot.polygons],
         floor=Floor(colour, bool(floor.columns), floor.columns * scale, floor.rows * scale),
         robots=len(snapshot.robots),
         radius=max((robot.radius for robot in snapshot.robots), default=0.0),
