@@ -27,6 +27,7 @@ RANGES = {
     "coverage": (0.0, 0.01),
     "homing": (-1.0, 1.0),
     "find-and-avoid": (-0.11, 1.01),
+    "t-maze": (-0.01, 1.01),
     "aggregation": (0.0, 1.0),
     "dispersion": (0.0, 1.0),
     "box-pushing": (-0.03, 0.03),
@@ -153,6 +154,23 @@ def find(robot: Any, parameters: Any, memory: Any) -> None:
         to_lamp(robot, parameters, memory)
 
 
+def remember(robot: Any, parameters: Any, memory: Any) -> None:
+    """Drive in the middle, and at the wall ahead turn to the side on which it has been bright; now, if *parameters*."""
+    light, near = robot.ambient_light, robot.proximity
+    if parameters[0]:
+        memory[0] = sum(light[2:4]) - sum(light[4:6])
+    elif min(light) < 3500:
+        memory[0] += sum(light[:3]) - sum(light[5:])
+    memory[1] -= 1.0
+    if memory[1] > 0.0:
+        drive(robot, 0.0, 0.5 if memory[0] > 0.0 else -0.5)
+        return
+    if memory[1] < -15.0 and min(near[0], near[7]) > 60:
+        memory[1] = 9.0
+    aside = near[0] + near[1] + 0.3 * near[2] - near[7] - near[6] - 0.3 * near[5]
+    drive(robot, 0.8, 0.4 * min(max(aside / 300, -1.0), 1.0))
+
+
 SENSIBLE: dict[str, tuple[Callable[..., None], float]] = {
     "avoid": (keep_off, 0.0),
     "phototaxis": (go_to_light, 0.0),
@@ -162,6 +180,7 @@ SENSIBLE: dict[str, tuple[Callable[..., None], float]] = {
     "coverage": (bounce, 0.0),
     "homing": (go_home, 8.0),
     "find-and-avoid": (find, 150.0),
+    "t-maze": (remember, 0.0),
     "aggregation": (aggregate, 0.0),
     "dispersion": (leave, 0.0),
     "box-pushing": (go_to_light, 0.0),
@@ -171,12 +190,12 @@ SENSIBLE: dict[str, tuple[Callable[..., None], float]] = {
 
 def played(task: Task, function: Callable[..., None], parameter: float = 0.0, seed: int = 1) -> float:
     """Return the fitness of an episode."""
-    controller = Controller(function, [parameter], sensors=task.sensors, memory=1)
+    controller = Controller(function, [parameter], sensors=task.sensors, memory=2)
     scores = Episodes(task, engine="interpreted").play(controller, [[parameter]], [seed])
     return float(scores.fitness[0, 0])
 
 
-def test_twelve_tasks_come_with_elib() -> None:
+def test_thirteen_tasks_come_with_elib() -> None:
     assert set(TASKS) == set(RANGES)
     for task in TASKS.values():
         assert task.summary
@@ -246,6 +265,15 @@ def test_who_drives_straight_to_the_lamp_often_touches_what_stands_before_it() -
     solved = {each: sum(score >= 1.0 for score in found) for each, found in scores.items()}
     assert solved[to_lamp] <= 5
     assert solved[find] >= 9
+
+
+def test_who_has_forgotten_the_lamp_leaves_the_t_maze_at_the_right_end_in_one_half_of_the_episodes() -> None:
+    remembering, looking = (
+        [played(TASKS["t-maze"], remember, now, seed) for seed in range(1, 21)] for now in (0.0, 1.0)
+    )
+    assert sum(score > 1.0 for score in remembering) >= 18
+    assert 5 <= sum(score > 1.0 for score in looking) <= 15
+    assert all(score < 0.7 or 1.9 < score < 2.4 for score in (*remembering, *looking))  # one end or the other
 
 
 @pytest.mark.parametrize("name", ["avoid", "line-following", "wall-following"])
