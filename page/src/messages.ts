@@ -330,7 +330,7 @@ export type NewScene = {
 export type Change = {
   type: "change";
   channel: number;
-  walls?: [number, number, number, number, string, number, number[]][];
+  walls?: [number, number, number, number, string, number, number[][]][];
   all_boxes?: Box[];
   boxes?: [number, number, number, number][];
   cylinders?: [number, number, number][];
@@ -489,7 +489,8 @@ export type Scene = {
   world: string;
   width: number;
   depth: number;
-  walls: [number, number, number, number, string, number, number[]][];
+  walls: [number, number, number, number, string, number, number[][]][];
+  blocks: Block[];
   floor: Floor;
   robots: number;
   radius: number;
@@ -517,7 +518,7 @@ export type Box = {
   height: number;
   colour: string;
   pushable: boolean;
-  face: number[];
+  face: number[][];
 };
 
 /** A lamp that shines on all sides. */
@@ -643,6 +644,13 @@ export type Scheme = {
   coloured: number[];
   sounds: string[];
   talks_at: Record<string, string>;
+};
+
+/** A fixed block: its corners, m, its height, m. Its sides are among the walls. */
+export type Block = {
+  points: [number, number][];
+  height: number;
+  colour: string;
 };
 
 /** The painted floor, if there is a picture of it; without a colour, it is bare linoleum. */

@@ -16,7 +16,7 @@ from elib.simulator.drawing.png import render
 from elib.simulator.drawing.robot import BODY_LIGHT, FRONT_LIGHT
 from elib.simulator.drawing.shapes import Area, Circle, Drawing, Stroke, Text
 from elib.simulator.drawing.top import FLOOR, PAPER, TRAIL_HUES, top_view
-from elib.simulator.physics import Box, Colour, Cylinder, Lamps, Pose, Scene, Wall, World
+from elib.simulator.physics import Box, Colour, Cylinder, Lamps, Polygon, Pose, Scene, Wall, World
 from elib.simulator.physics.fittings import Light, Patch, Sound, Stripe
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -176,6 +176,15 @@ def test_what_can_be_pushed_has_a_second_outline(furnished):
     assert [shape.outline is not None and sum(shape.outline) > 500 for shape in blocks] == [False, True, False]
     rings = [shape for shape in drawing.shapes if isinstance(shape, Circle) and shape.fill is None]
     assert pytest.approx(min(abs(ring.radius) for ring in rings if ring.radius > 20)) == 0.62 * 0.05 * 900
+
+
+def test_a_block_of_any_outline_is_filled():
+    outline = ((0.2, 0.1), (0.8, 0.1), (0.8, 0.2), (0.3, 0.2), (0.3, 0.4), (0.2, 0.4))
+    world = World(Scene(1, 0.5, polygons=(Polygon(outline, colour=BLUE),)))
+    drawn = render(top_view(world.snapshot(), (), None, 500))
+    margin = round(500 * 0.045)
+    for x, y, colour in ((0.25, 0.33, BLUE), (0.65, 0.15, BLUE), (0.65, 0.33, FLOOR)):
+        assert drawn.getpixel((margin + round(x * 500), margin + round((0.5 - y) * 500))) == tuple(colour), (x, y)
 
 
 def test_a_ring_is_open_in_both_formats():

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from elib import Controller, World
-from elib.learn import Episodes, Task, all_tasks
+from elib.learn import Episodes, Randomisation, Task, all_tasks
 from elib.learn.tasks import maze
 
 TASKS = all_tasks()
@@ -26,6 +26,8 @@ RANGES = {
     "maze": (-0.01, 1.01),
     "coverage": (0.0, 0.01),
     "homing": (-1.0, 1.0),
+    "find-and-avoid": (-0.11, 1.01),
+    "t-maze": (-0.01, 1.01),
     "aggregation": (0.0, 1.0),
     "dispersion": (0.0, 1.0),
     "box-pushing": (-0.03, 0.03),
@@ -123,14 +125,50 @@ def go_home(robot: Any, parameters: Any, memory: Any) -> None:
     elif 0.0 <= memory[0] < parameters[0]:
         keep_off(robot, parameters, memory)
     else:
-        light = [4095.0 - count for count in robot.ambient_light]
-        angles = [math.radians(angle) for angle in (-17, -49, -90, -150, 150, 90, 49, 17)]
-        ahead, left = (
-            sum((each - min(light)) * way(a) for each, a in zip(light, angles, strict=True))
-            for way in (math.cos, math.sin)
-        )
-        turn = math.atan2(left, ahead)
-        drive(robot, 1.0 if abs(turn) < 0.8 else 0.1, 0.35 * turn)
+        to_lamp(robot, parameters, memory)
+
+
+def to_lamp(robot: Any, parameters: Any, memory: Any) -> None:
+    light = [4095.0 - count for count in robot.ambient_light]
+    angles = [math.radians(angle) for angle in (-17, -49, -90, -150, 150, 90, 49, 17)]
+    ahead, left = (
+        sum((each - min(light)) * way(a) for each, a in zip(light, angles, strict=True)) for way in (math.cos, math.sin)
+    )
+    turn = math.atan2(left, ahead)
+    drive(robot, 1.0 if abs(turn) < 0.8 else 0.1, 0.35 * turn)
+
+
+def find(robot: Any, parameters: Any, memory: Any) -> None:
+    """Drive to the lamp, and past what is near for a second."""
+    near = robot.proximity
+    right, left = near[0] + near[1] + 0.5 * near[2], near[7] + near[6] + 0.5 * near[5]
+    away = -1.0 if left > right else 1.0
+    memory[0] = 10.0 if left + right > parameters[0] else memory[0] - 1.0
+    if near[0] + near[7] > 150:
+        drive(robot, 0.1, 0.5 * away)
+    elif memory[0] == 10.0:
+        drive(robot, 0.7, 0.25 * away)
+    elif memory[0] > 0.0:
+        drive(robot, 0.8, 0.0)
+    else:
+        to_lamp(robot, parameters, memory)
+
+
+def remember(robot: Any, parameters: Any, memory: Any) -> None:
+    """Drive in the middle, and at the wall ahead turn to the side on which it has been bright; now, if *parameters*."""
+    light, near = robot.ambient_light, robot.proximity
+    if parameters[0]:
+        memory[0] = sum(light[2:4]) - sum(light[4:6])
+    elif min(light) < 3500:
+        memory[0] += sum(light[:3]) - sum(light[5:])
+    memory[1] -= 1.0
+    if memory[1] > 0.0:
+        drive(robot, 0.0, 0.5 if memory[0] > 0.0 else -0.5)
+        return
+    if memory[1] < -15.0 and min(near[0], near[7]) > 60:
+        memory[1] = 9.0
+    aside = near[0] + near[1] + 0.3 * near[2] - near[7] - near[6] - 0.3 * near[5]
+    drive(robot, 0.8, 0.4 * min(max(aside / 300, -1.0), 1.0))
 
 
 SENSIBLE: dict[str, tuple[Callable[..., None], float]] = {
@@ -141,6 +179,8 @@ SENSIBLE: dict[str, tuple[Callable[..., None], float]] = {
     "maze": (follow_wall, 15.0),
     "coverage": (bounce, 0.0),
     "homing": (go_home, 8.0),
+    "find-and-avoid": (find, 150.0),
+    "t-maze": (remember, 0.0),
     "aggregation": (aggregate, 0.0),
     "dispersion": (leave, 0.0),
     "box-pushing": (go_to_light, 0.0),
@@ -150,12 +190,12 @@ SENSIBLE: dict[str, tuple[Callable[..., None], float]] = {
 
 def played(task: Task, function: Callable[..., None], parameter: float = 0.0, seed: int = 1) -> float:
     """Return the fitness of an episode."""
-    controller = Controller(function, [parameter], sensors=task.sensors, memory=1)
+    controller = Controller(function, [parameter], sensors=task.sensors, memory=2)
     scores = Episodes(task, engine="interpreted").play(controller, [[parameter]], [seed])
     return float(scores.fitness[0, 0])
 
 
-def test_eleven_tasks_come_with_elib() -> None:
+def test_thirteen_tasks_come_with_elib() -> None:
     assert set(TASKS) == set(RANGES)
     for task in TASKS.values():
         assert task.summary
@@ -205,6 +245,35 @@ def test_driving_in_circles_does_not_solve_it(name: str) -> None:
 
     scores = [played(TASKS[name], circle, seed=seed) for seed in (1, 2)]
     assert max(scores) < TASKS[name].solved / 2
+
+
+def test_a_target_pays_one_and_the_way_to_it_and_a_touch_ends_the_search_and_costs_a_tenth() -> None:
+    def straight_on(robot: Any, parameters: Any, memory: Any) -> None:
+        robot.left = robot.right = FULL
+
+    task = TASKS["find-and-avoid"]
+    behind_a_box = replace(task, scenes=task.scenes[:1], randomisation=Randomisation(spread=(0.0, 0.0)))
+    far, at_the_wall = math.hypot(0.52, 0.5), math.hypot(0.663 - 0.61, 0.5)
+    assert played(behind_a_box, straight_on) == pytest.approx((far - at_the_wall) / 1.3 - 0.1, abs=0.003)
+    assert played(behind_a_box, find, 150.0) == pytest.approx(1.0 + (far - 0.12) / 1.3, abs=0.003)
+
+
+def test_who_drives_straight_to_the_lamp_often_touches_what_stands_before_it() -> None:
+    scores = {
+        each: [played(TASKS["find-and-avoid"], each, 150.0, seed) for seed in range(1, 11)] for each in (to_lamp, find)
+    }
+    solved = {each: sum(score >= 1.0 for score in found) for each, found in scores.items()}
+    assert solved[to_lamp] <= 5
+    assert solved[find] >= 9
+
+
+def test_who_has_forgotten_the_lamp_leaves_the_t_maze_at_the_right_end_in_one_half_of_the_episodes() -> None:
+    remembering, looking = (
+        [played(TASKS["t-maze"], remember, now, seed) for seed in range(1, 21)] for now in (0.0, 1.0)
+    )
+    assert sum(score > 1.0 for score in remembering) >= 18
+    assert 5 <= sum(score > 1.0 for score in looking) <= 15
+    assert all(score < 0.7 or 1.9 < score < 2.4 for score in (*remembering, *looking))  # one end or the other
 
 
 @pytest.mark.parametrize("name", ["avoid", "line-following", "wall-following"])

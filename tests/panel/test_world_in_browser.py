@@ -520,6 +520,31 @@ async def test_a_browser_without_webgl_shows_the_world_from_above(rig, open_page
         await until(lambda: is_at(rig.control.world.pose(0), 0.3, 0.2))
 
 
+BLOCK = """
+[arena]
+size = [1.2, 0.8]
+[[polygon]]
+points = [[0.5, 0.2], [0.5, 0.6], [0.9, 0.6], [0.9, 0.5], [0.6, 0.5], [0.6, 0.2]]
+colour = "#2050c0"
+[[robot]]
+position = [0.2, 0.4]
+"""
+
+
+@pytest.mark.parametrize("is_flat", [False, True])
+async def test_a_block_of_any_outline_is_solid(open_page, tmp_path, is_flat):
+    async with watched(tmp_path, world=BLOCK) as rig, visiting(open_page, "about:blank") as tab:
+        if is_flat:
+            await tab.call("Page.addScriptToEvaluateOnNewDocument", source=NO_WEBGL)
+        await tab.go(rig.url)
+        await shows_world(tab)
+        if not is_flat:
+            await from_above(tab)
+        for x, y, is_inside in ((0.55, 0.4, True), (0.75, 0.55, True), (0.75, 0.35, False)):
+            red, _, blue = await pixel(tab, x, y)
+            assert (blue > red + 60) is is_inside, (x, y)
+
+
 async def test_the_clock_is_stopped_stepped_and_changed_in_speed(rig, tab):
     await press(tab, "Pause world")
     await until(lambda: rig.control.simulation.clock.is_paused)

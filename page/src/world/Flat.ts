@@ -86,6 +86,7 @@ export class Flat extends Stage {
         ];
       this.shape([corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)], colour, edge);
     };
+    for (const { points, colour } of world.scene.value!.blocks) this.shape(points, colour);
     for (const { x, y, angle, width, depth, colour } of wall)
       block(x, y, angle, width, depth, colour, this.ink("wall"));
     box.forEach(({ width, depth, colour }, k) =>

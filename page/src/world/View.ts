@@ -35,6 +35,15 @@ const [CLEAR, GREEN, PALE, RED, WHITE, UNLIT] = Array.from(
 
 const painted = { vertexColors: true },
   over = { transparent: true, depthWrite: false };
+/** Empty a group, and free what its meshes hold. */
+const discard = (group: three.Group) => {
+  for (const each of group.children as three.Mesh<three.BufferGeometry, three.Material>[]) {
+    each.geometry.dispose();
+    each.material.dispose();
+  }
+  group.clear();
+};
+
 const materials = {
   matte: new three.MeshLambertMaterial(),
   painted: new three.MeshLambertMaterial(painted),
@@ -65,21 +74,21 @@ let level = 0; // an index of LEVELS
 let pace = 0; // s for a picture, smoothed
 let judged = 0; // pictures that went into it
 
-/** What one side of a block shows, as thin plates before it: one of white paper, and one for each black cell. */
-function printed(face: number[], [x, y, , angle]: number[], turn: number, long: number, off: number, height: number) {
-  const size = Math.min(long, height),
-    cell = size / face.length,
-    [c, s] = [Math.cos(angle + turn), Math.sin(angle + turn)];
-  const plate = (ink: string, out: number, along: number, up: number, wide: number): Part => {
-    const [right, ahead] = [along - size / 2, -(off + out)]; // as it is seen from there
-    return [ink, [x + c * right - s * ahead, y + s * right + c * ahead, up, angle + turn], wide, 0.0004, wide];
-  };
-  const low = (height - size) / 2,
-    parts = [plate("#ebebeb", 0.0002, size / 2, low, size)];
+/** What one side of a block shows, as thin plates before it: one for each run of cells of one colour. */
+function printed(face: number[][], [x, y, , angle]: number[], turn: number, long: number, off: number, height: number) {
+  const columns = face[0].length,
+    cell = Math.min(long / columns, height / face.length),
+    [c, s] = [Math.cos(angle + turn), Math.sin(angle + turn)],
+    [ahead, top] = [-off - 0.0004, (height + face.length * cell) / 2],
+    parts: Part[] = [];
   face.forEach((row, down) => {
-    for (let k = 0; k < face.length; k++)
-      if (!((row >> (face.length - 1 - k)) & 1))
-        parts.push(plate("#191919", 0.0006, (k + 0.5) * cell, low + (face.length - 1 - down) * cell, cell));
+    for (let k = 0, end = 0; k < columns; k = end) {
+      while (end < columns && row[end] === row[k]) end++;
+      const right = ((k + end - columns) / 2) * cell, // as it is seen from there
+        ink = `#${row[k].toString(16).padStart(6, "0")}`,
+        place = [x + c * right - s * ahead, y + s * right + c * ahead, top - (down + 1) * cell, angle + turn];
+      parts.push([ink, place, (end - k) * cell, 0.0004, cell]);
+    }
   });
   return parts;
 }
@@ -165,6 +174,7 @@ export class View extends Stage {
   private readonly trails = new Ribbon(0.0015);
   private readonly rays = new Ribbon(0.031);
   private readonly zones = new three.Group();
+  private readonly lids = new three.Group(); // of the blocks, whose sides are walls
   private halos = new three.Points(new three.BufferGeometry(), materials.halo);
   private floor: three.Mesh<three.PlaneGeometry, three.MeshLambertMaterial> | null = null;
   private built: unknown[] = [];
@@ -222,12 +232,13 @@ export class View extends Stage {
     this.meshes.clear();
     this.floor?.material.map?.dispose();
     this.floor?.material.dispose();
+    discard(this.lids);
     this.room.clear();
   }
 
   /** Build what belongs to the room itself. */
   private enter() {
-    const { width, depth, floor, floor_png } = this.world.scene.value!;
+    const { width, depth, floor, floor_png, blocks } = this.world.scene.value!;
     this.clear();
     this.room.background = this.colour("room");
     const size = Math.hypot(width, depth),
@@ -285,17 +296,31 @@ export class View extends Stage {
     });
     this.fill("sides", shapes.side, matte, sides, false);
     this.fill("rims", box, matte, rims, false);
+    for (const { points, height, colour } of blocks) {
+      const shape = new three.Shape(points.map(([x, y]) => new three.Vector2(x, y))),
+        lid = new three.Mesh(new three.ShapeGeometry(shape), new three.MeshLambertMaterial({ color: colour }));
+      lid.position.z = height - 0.0005; // the sides reach a little over it
+      lid.castShadow = lid.receiveShadow = true;
+      this.lids.add(lid);
+    }
     const lamps = this.world.things.value.light.slice(0, SHINING).map(() => new three.PointLight("#ffcf70"));
-    this.room.add(sun, sun.target, sky, this.floor, this.zones, this.trails, this.rays, this.halos, ...lamps);
+    this.room.add(
+      sun,
+      sun.target,
+      sky,
+      this.floor,
+      this.lids,
+      this.zones,
+      this.trails,
+      this.rays,
+      this.halos,
+      ...lamps,
+    );
   }
 
   /** Lay the zones on the floor, darker while they are switched on. */
   private layZones() {
-    for (const each of this.zones.children as three.Mesh<three.BufferGeometry, three.Material>[]) {
-      each.geometry.dispose();
-      each.material.dispose();
-    }
-    this.zones.clear();
+    discard(this.zones);
     for (const { points, colour, on, picture } of this.world.zones.value) {
       const corners = points.map(([x, y]) => new three.Vector2(x, y)),
         ink = { color: colour, transparent: true, depthWrite: false, opacity: picture ? 0 : on ? 0.45 : 0.18 },

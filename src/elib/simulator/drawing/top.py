@@ -236,6 +236,8 @@ def _obstacles(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
 
 
 def _walls(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
+    for block in snapshot.polygons:
+        yield Area(tuple(frame.at(x, y) for x, y in block.points), block.colour)
     for wall in snapshot.walls:
         yield Stroke(
             (frame.at(wall.x1, wall.y1), frame.at(wall.x2, wall.y2)),

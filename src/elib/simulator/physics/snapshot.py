@@ -8,7 +8,7 @@ from elib.base.pose import Pose
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.fittings import FLOOR_COLOUR, Light, Sound, Zone
 from elib.simulator.physics.floor import Floor, packed
-from elib.simulator.physics.geometry import Box, Colour, Cylinder, Wall
+from elib.simulator.physics.geometry import Box, Colour, Cylinder, Polygon, Wall
 
 DARK = Colour(0, 0, 0)
 BARE = Floor(packed(FLOOR_COLOUR))
@@ -99,7 +99,7 @@ class Snapshot:
         time: Since the start, s.
         width: The width of the arena, m; x runs from 0 to it.
         depth: The depth of the arena, m; y runs from 0 to it.
-        walls: Interior walls.
+        walls: Interior walls, then the sides of polygons.
         boxes: Blocks where they are now.
         cylinders: Posts and balls where they are now.
         robots: In order of insertion.
@@ -107,6 +107,7 @@ class Snapshot:
         sounds: Sources of sound as they are now.
         floor: What is painted on the floor.
         zones: As they are now: switched on or not, and with what is left to give.
+        polygons: Fixed blocks.
     """
 
     name: str
@@ -122,6 +123,7 @@ class Snapshot:
     sounds: tuple[Sound, ...] = ()
     floor: Floor = BARE
     zones: tuple[Zone, ...] = ()
+    polygons: tuple[Polygon, ...] = ()
 
     def _repr_svg_(self) -> str:
         """Show the world in a notebook."""

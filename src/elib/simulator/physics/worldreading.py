@@ -368,6 +368,7 @@ class ReadableWorld:
             state.switched(state.sounds),
             state.floor,
             self.zones,
+            scene.polygons,
         )
 
     def draw(
