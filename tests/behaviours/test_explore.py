@@ -64,7 +64,7 @@ def test_it_draws_a_small_arena_and_ends_when_nothing_is_left_to_see(
 
 @pytest.mark.parametrize(
     ("moved_at", "seconds", "told"),
-    [(30, 65, "draws the map anew"), pytest.param(50, 100, "not to be relied on", marks=pytest.mark.long)],
+    [(30, 65, "draws the map again"), pytest.param(50, 100, "not to be relied on", marks=pytest.mark.long)],
 )
 def test_a_map_that_contradicts_itself_is_not_left_without_a_word(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moved_at: float, seconds: float, told: str

@@ -94,7 +94,7 @@ async def draw(
             if guide.amiss > AMISS * guide.looks:
                 say(
                     f"The map is not to be relied on: {100 * guide.amiss / guide.looks:.0f} % of the looks contradict "
-                    "it. Was the robot lifted, did it slip, or did something move? Draw it again, begin beside a long wall."
+                    "it. Was the robot lifted, or did something move? Draw it again, and begin beside a long wall."
                 )
 
 
@@ -128,7 +128,7 @@ async def _along_walls(
         is_new = straight.direction != direction
         if is_new:  # what was drawn before may be turned against it
             if direction is not None:
-                say("Most walls stand at another angle than it thought: it draws the map anew.")
+                say("Most walls stand at another angle than it thought: it draws the map again.")
             guide.known.odds[:] = 0
             straight.places.clear()
             await asyncio.to_thread(guide.localiser.renew)

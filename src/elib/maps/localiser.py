@@ -87,7 +87,7 @@ FITTING, KNOWN = 0.85, 0.03
 """Mean fit of the readings all along those, and uncertainty, m, from which a place is believed that was not before:
 single readings tell places apart that look alike, and along a corridor none does."""
 DOUBT: Final = np.array((0.015, 0.015, 0.05))
-"""m, m and rad by which the guesses are spread anew, once, while they settle: those that were left of a search of the
+"""m, m and rad by which the guesses are spread once more, while they settle: those that were left of a search of the
 whole map may all be some centimetres off, along a corridor, and yet be close together."""
 
 
