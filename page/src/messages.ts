@@ -330,7 +330,7 @@ export type NewScene = {
 export type Change = {
   type: "change";
   channel: number;
-  walls?: [number, number, number, number, string, number, number[]][];
+  walls?: [number, number, number, number, string, number, number[][]][];
   all_boxes?: Box[];
   boxes?: [number, number, number, number][];
   cylinders?: [number, number, number][];
@@ -489,7 +489,7 @@ export type Scene = {
   world: string;
   width: number;
   depth: number;
-  walls: [number, number, number, number, string, number, number[]][];
+  walls: [number, number, number, number, string, number, number[][]][];
   blocks: Block[];
   floor: Floor;
   robots: number;
@@ -518,7 +518,7 @@ export type Box = {
   height: number;
   colour: string;
   pushable: boolean;
-  face: number[];
+  face: number[][];
 };
 
 /** A lamp that shines on all sides. */

@@ -74,21 +74,21 @@ let level = 0; // an index of LEVELS
 let pace = 0; // s for a picture, smoothed
 let judged = 0; // pictures that went into it
 
-/** What one side of a block shows, as thin plates before it: one of white paper, and one for each black cell. */
-function printed(face: number[], [x, y, , angle]: number[], turn: number, long: number, off: number, height: number) {
-  const size = Math.min(long, height),
-    cell = size / face.length,
-    [c, s] = [Math.cos(angle + turn), Math.sin(angle + turn)];
-  const plate = (ink: string, out: number, along: number, up: number, wide: number): Part => {
-    const [right, ahead] = [along - size / 2, -(off + out)]; // as it is seen from there
-    return [ink, [x + c * right - s * ahead, y + s * right + c * ahead, up, angle + turn], wide, 0.0004, wide];
-  };
-  const low = (height - size) / 2,
-    parts = [plate("#ebebeb", 0.0002, size / 2, low, size)];
+/** What one side of a block shows, as thin plates before it: one for each run of cells of one colour. */
+function printed(face: number[][], [x, y, , angle]: number[], turn: number, long: number, off: number, height: number) {
+  const columns = face[0].length,
+    cell = Math.min(long / columns, height / face.length),
+    [c, s] = [Math.cos(angle + turn), Math.sin(angle + turn)],
+    [ahead, top] = [-off - 0.0004, (height + face.length * cell) / 2],
+    parts: Part[] = [];
   face.forEach((row, down) => {
-    for (let k = 0; k < face.length; k++)
-      if (!((row >> (face.length - 1 - k)) & 1))
-        parts.push(plate("#191919", 0.0006, (k + 0.5) * cell, low + (face.length - 1 - down) * cell, cell));
+    for (let k = 0, end = 0; k < columns; k = end) {
+      while (end < columns && row[end] === row[k]) end++;
+      const right = ((k + end - columns) / 2) * cell, // as it is seen from there
+        ink = `#${row[k].toString(16).padStart(6, "0")}`,
+        place = [x + c * right - s * ahead, y + s * right + c * ahead, top - (down + 1) * cell, angle + turn];
+      parts.push([ink, place, (end - k) * cell, 0.0004, cell]);
+    }
   });
   return parts;
 }

@@ -21,7 +21,6 @@ from msgspec import UNSET, Struct, UnsetType
 
 from elib.base.errors import ArgumentError
 from elib.base.pictures import as_address
-from elib.base.tags import face_cells
 from elib.panel.server.conversation import Told
 from elib.panel.server.page import Page, Stream, Wish
 from elib.simulator import physics
@@ -30,6 +29,7 @@ from elib.simulator.emulator.control import Control, LinkState
 from elib.simulator.emulator.control_server import time_factor
 from elib.simulator.emulator.past import is_due
 from elib.simulator.physics import Colour, Light, RobotView, Snapshot, Sound
+from elib.simulator.physics.faces import cells_of
 from elib.simulator.physics.fittings import FLOOR_COLOUR
 from elib.simulator.physics.floor import packed
 
@@ -40,9 +40,9 @@ RATE = 25.0
 """Frames a second of the wall clock, at most."""
 
 _Thing = TypeVar("_Thing")
-Walls = list[tuple[float, float, float, float, str, float, list[int]]]
-"""x1, y1, x2, y2, the colour, the height and the face of each: the rows of cells that it shows, from above, with a bit
-for each cell, the right one the lowest, 1 if it is white."""
+Walls = list[tuple[float, float, float, float, str, float, list[list[int]]]]
+"""x1, y1, x2, y2, the colour, the height and the face of each: the rows of cells that it shows, from above, as colours,
+65536 red + 256 green + blue."""
 
 
 class Box(Struct):
@@ -57,7 +57,7 @@ class Box(Struct):
     height: float
     colour: str
     pushable: bool
-    face: list[int]
+    face: list[list[int]]
 
 
 class Cylinder(Struct):
@@ -377,8 +377,8 @@ def _zones(snapshot: Snapshot) -> list[Zone]:
     return [Zone(a.name, a.outline, str(a.colour), a.is_on, bool(a.file)) for a in snapshot.zones if a.outline]
 
 
-def _face(face: str) -> list[int]:
-    return [sum(each << place for place, each in enumerate(reversed(row))) for row in face_cells(face)]
+def _face(face: str) -> list[list[int]]:
+    return [list(row) for row in cells_of(face)]
 
 
 def _box(box: physics.Box) -> Box:

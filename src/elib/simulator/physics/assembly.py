@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP, step_rate
-from elib.base.tags import FACES
 from elib.simulator.physics import profiles, records
 from elib.simulator.physics.body import RADIUS
+from elib.simulator.physics.faces import face_number
 from elib.simulator.physics.fittings import Energy
 from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Cylinder, Wall, infrared_reflectance, unit
@@ -34,7 +34,7 @@ def wall_record(wall: Wall) -> records.Segment:
     dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
     length = math.sqrt(dx * dx + dy * dy)
     place = wall.x1, wall.y1, dx / length, dy / length, length
-    return records.Segment(*place, wall.height, 1 / _reflectance(wall), packed(wall.colour), FACES.index(wall.face))
+    return records.Segment(*place, wall.height, 1 / _reflectance(wall), packed(wall.colour), face_number(wall.face))
 
 
 def disc_record(post: Cylinder) -> records.Disc:

@@ -98,10 +98,15 @@ WallEnd = Annotated[float, Number(-2 * MAX_ARENA, 2 * MAX_ARENA, "m")]
 
 @dataclass(frozen=True, slots=True)
 class FaceRule(Choice):
-    """What a surface shows."""
+    """What a surface shows: one of the values, or the path of a picture."""
 
     def __str__(self) -> str:
-        return 'a tag of 16h5, "tag:0" to "tag:29", or of 36h11, "tag36h11:0" to "tag36h11:99"'
+        return 'a tag of 16h5, "tag:0" to "tag:29", or of 36h11, "tag36h11:0" to "tag36h11:99", or a PNG or JPEG file'
+
+    def accept(self, value: object) -> str | int:
+        """Return *value*."""
+        is_picture = isinstance(value, str) and value.lower().endswith((".png", ".jpg", ".jpeg"))
+        return str(value) if is_picture else super(FaceRule, self).accept(value)
 
 
 Length = Annotated[float, Number(0.001, MAX_ARENA, "m", example="0.05")]
@@ -161,8 +166,9 @@ class Wall:
         colour: The colour of all its sides.
         reflectance: How much infrared light it sends back, 0.05..1; 1 is white. None takes it from the colour
             (:func:`infrared_reflectance`).
-        face: What both sides show to cameras: an AprilTag, or nothing. It is as large as fits, with a white rim of one
-            cell, in the middle: the black square of a tag of 16h5 has 3/4 of the height, or of the length.
+        face: What both sides show to cameras: an AprilTag, the file of a picture, or nothing. It is as large as fits,
+            in the middle. A tag has a white rim of one cell: the black square of one of 16h5 has 3/4 of the height, or
+            of the length. A picture is seen as at most 64 x 64 cells.
     """
 
     x1: WallEnd

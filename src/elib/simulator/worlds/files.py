@@ -72,6 +72,7 @@ from elib.base.errors import ArgumentError, LinkNotFound, SimulationError
 from elib.base.files import WORLDS
 from elib.base.rules import Mistake
 from elib.base.tables import Source, content_of, others, read_toml, shipped
+from elib.base.tags import FACES
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.fittings import Checkers, Energy, Light, Paint, Print, Sound, Zone
 from elib.simulator.physics.floor import opened
@@ -84,7 +85,7 @@ MAX_COVER = 4
 """Width of a picture in widths of the arena, and depth likewise: what lies outside is painted in vain."""
 
 _T = TypeVar("_T")
-_P = TypeVar("_P", Paint, Zone)
+_P = TypeVar("_P", Paint, Zone, Wall, Box)
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,9 +175,12 @@ class _Assembly:
         wanted = robots if robots is not None else counted or len(starts)
         width, depth = arena.size(max(wanted, 0))
         self._check_names()
-        self._each("picture", Print, lambda picture: _check_picture(picture, self._folder))
-        self._each("zone", Zone, lambda zone: _check_picture(zone, self._folder) if zone.file else None)
-        boxes, cylinders = self._all("box", Box), self._all("cylinder", Cylinder)
+        self._each("picture", Print, lambda picture: _check_file(picture.file, "file", self._folder))
+        self._each("zone", Zone, lambda zone: _check_file(zone.file, "file", self._folder))
+        for kind in ("wall", "box"):
+            self._each(kind, Wall, lambda thing: _check_file(thing.face, "face", self._folder))
+        walls = [self._found(wall) for wall in self._all("wall", Wall)]
+        boxes, cylinders = [self._found(box) for box in self._all("box", Box)], self._all("cylinder", Cylinder)
         lights, sounds = self._all("light", Light), self._all("sound", Sound)
         zones = [self._found(zone) for zone in self._all("zone", Zone)]
         with self._source.at():
@@ -185,7 +189,7 @@ class _Assembly:
             scene = Scene(
                 width,
                 depth,
-                walls=tuple(self._all("wall", Wall)),
+                walls=tuple(walls),
                 boxes=tuple(boxes),
                 cylinders=tuple(cylinders),
                 polygons=tuple(self._all("polygon", Polygon)),
@@ -245,9 +249,11 @@ class _Assembly:
                     owners[name] = f"{kind}[{index}]"
 
     def _found(self, part: _P) -> _P:
-        """Return paint or a zone with the path of its picture, if it has one."""
-        file = getattr(part, "file", "")
-        return replace(cast("Any", part), file=str((self._folder / file).resolve())) if file else part
+        """Return what may show a picture with the path of that, if it has one."""
+        key = "face" if hasattr(part, "face") else "file"
+        file = getattr(part, key, "")
+        is_file = file and file not in FACES
+        return replace(cast("Any", part), **{key: str((self._folder / file).resolve())}) if is_file else part
 
 
 def _given(values: Iterable[_T | None]) -> tuple[_T | None, ...]:
@@ -274,10 +280,12 @@ def _check_cover(picture: Print, scene: Scene) -> None:
         )
 
 
-def _check_picture(picture: Print | Zone, folder: Path) -> None:
-    """Raise Mistake unless its file holds a picture of a reasonable size; nothing but its head is read."""
+def _check_file(file: str, key: str, folder: Path) -> None:
+    """Raise Mistake unless a file, if there is one, holds a picture of a reasonable size; only its head is read."""
+    if file in FACES:
+        return
     try:
-        with opened(folder / picture.file):
+        with opened(folder / file):
             pass
     except ArgumentError as error:
-        raise Mistake(f'is "{picture.file}": {error.message}', path=("file",), hint=error.hint) from error
+        raise Mistake(f'is "{file}": {error.message}', path=(key,), hint=error.hint) from error

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError
-from elib.base.tags import FACES, face_cells
 from elib.simulator.physics.body import HEIGHT
+from elib.simulator.physics.faces import cells_of, face_named
 from elib.simulator.physics.floor import Floor
 from elib.simulator.physics.noise import PIXELS, STRIDE, bits, mix, quantiles, tick_key
 from elib.simulator.physics.optics import ABOVE, FORWARD, Chip, Lens, gains
@@ -50,10 +50,6 @@ NOISES: Final = 1 << 16
 
 WITHIN: Final = 4
 """Places across and down a pixel whose mean it shows, where a wall shows something."""
-
-PAPER: Final = 235.0
-INK: Final = 25.0
-"""Counts of what is white and black in print."""
 
 LEDS: Final = [*range(BODY), FRONT]
 
@@ -502,17 +498,21 @@ class _Look:
         off, far_off = aside - depth * tangent, far_aside - far_depth * tangent
         along = off / np.where(off == far_off, 1.0, off - far_off)
         up = ABOVE + rise * (depth + along * (far_depth - depth))
-        side = np.minimum(length, height)
-        right = (along - 0.5) * length / side
-        right = np.where(depth * far_aside > aside * far_depth, right, -right) + 0.5  # As it is seen from there.
-        down = (height / 2 - up) / side + 0.5
-        is_on = (right >= 0.0) & (right < 1.0) & (down >= 0.0) & (down < 1.0)
-        white, cells = _faces()
-        count = cells[face][:, np.newaxis, np.newaxis]
-        places = (np.clip(each * count, 0, count - 1).astype(np.int64) for each in (down, right))
-        ink = np.where(white[(face[:, np.newaxis, np.newaxis], *places)], PAPER, INK)
-        printed = np.where(is_on, ink, 0.0).mean(axis=(1, 2))[:, np.newaxis]
-        bare = 1.0 - is_on.mean(axis=(1, 2))[:, np.newaxis]
+        along = np.where(depth * far_aside > aside * far_depth, along, 1.0 - along)  # As it is seen from there.
+        printed, bare = np.zeros((len(hit), 3)), np.ones((len(hit), 1))
+        for number in np.unique(face):
+            those = face == number
+            cells = np.array(cells_of(face_named(int(number))), np.int64)
+            rows, columns = cells.shape
+            side = np.minimum(length[those] / columns, height[those] / rows)
+            right = (along[those] - 0.5) * length[those] / side + columns / 2
+            down = (height[those] / 2 - up[those]) / side + rows / 2
+            is_on = (right >= 0.0) & (right < columns) & (down >= 0.0) & (down < rows)
+            colours = self._counts(cells)[
+                np.clip(down, 0, rows - 1).astype(np.int64), np.clip(right, 0, columns - 1).astype(np.int64)
+            ]
+            printed[those] = np.where(is_on[..., np.newaxis], colours, 0.0).mean(axis=(1, 2))
+            bare[those] = 1.0 - is_on.mean(axis=(1, 2))[:, np.newaxis]
         near = hits.near[hit]
         shade = hits.shade[hit] * law.fade(near)
         light = self._light(picture, 1.0 / near, window.tangent[column], ABOVE, shade)
@@ -535,16 +535,6 @@ class _Look:
             radius = np.maximum(law.LAMP_RADIUS * near, 0.75 * window.pixel)
             is_ahead = depths[:, k, np.newaxis, np.newaxis] > NEAREST
             words[is_ahead & (off * off + above * above <= radius * radius) & (nearest <= near)] = law.LAMP_COLOUR
-
-
-@lru_cache(maxsize=1)
-def _faces() -> tuple[NDArray[np.bool_], Ints]:
-    """Return the cells of all faces, whether each is white, and how many each face has in a row."""
-    found = [face_cells(face) for face in FACES]
-    white = np.zeros((len(found), max(map(len, found)), max(map(len, found))), np.bool_)
-    for each, cells in zip(white, found, strict=True):
-        each[: len(cells), : len(cells)] = np.reshape(np.array(cells, np.bool_), (len(cells), len(cells)))
-    return white, np.array([len(cells) for cells in found], np.int64)
 
 
 def _step(name: str, offsets: Sequence[float]) -> float:
