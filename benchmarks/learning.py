@@ -9,6 +9,9 @@ machine changes by the minute:
     loop        Gymnasium's SyncVectorEnv over single environments, and the same NumPy
     play        Episodes.play: whole episodes by a compiled controller, as evolution runs them
 
+Then the vector environment and one single environment, each with a memory in the reward and a goal in the observation,
+take turns with the same ones without.
+
 The engine's worlds run a whole episode in one call. The vector environment takes as many steps as an episode has
 decisions, and one more, in which all worlds begin again.
 """
@@ -20,14 +23,16 @@ import os
 import statistics
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from gymnasium.vector import SyncVectorEnv, VectorEnv
 from harness import Cell, Table, Tables, in_turns, quick, ratio, run
 
 from elib.base.body import METRES_PER_STEP
-from elib.learn import Task, find_task
+from elib.learn import Task, find_task, goal
 from elib.learn.envs import TaskEnv, TaskVectorEnv
 from elib.simulator.physics import Controller, Episodes, World
 
@@ -89,6 +94,49 @@ def play(task: Task, worlds: int, threads: int) -> Work:
     return partial(episodes.play, BRAITENBERG, population, [1]), worlds * task.robots * task.ticks
 
 
+def remembering(task: Task) -> Task:
+    """Return a task that also counts what each robot earned, and shows the way to the middle of the room."""
+    earns = task.reward
+
+    def reward(world: Any, i: int, memory: Any) -> float:
+        earned = earns(world, i)
+        memory.total[i] += earned
+        memory.visited[min(max(int(world.robots[i].y * 10), 0), 9)][min(max(int(world.robots[i].x * 10), 0), 9)] = 1.0
+        return float(earned)
+
+    memory = {"visited": [[0.0] * 10] * 10}
+    return replace(task, reward=reward, memory=memory, robot_memory={"total": 0.0}, observe=(goal(0.5, 0.5),))
+
+
+def one(task: Task) -> Work:
+    """Return steps of a single environment, which always takes the same action."""
+    env, action, steps = TaskEnv(task), np.full(2, 0.5 * task.top_speed), 10 * task.decisions
+    env.reset(seed=1)
+
+    def work() -> None:
+        for _ in range(steps):
+            _, _, is_over, is_late, _ = env.step(action)
+            if is_over or is_late:
+                env.reset()
+
+    return work, steps * task.ticks_a_period
+
+
+def costs(task: Task, worlds: int, rounds: int) -> Table:
+    """Return how fast environments are with a memory and a goal, and by those without."""
+    works = {}
+    for name, each in (("", task), (", memory and goal", remembering(task))):
+        works[f"vector{name}"] = vector(each, worlds, 1)
+        works[f"one{name}"] = one(each)
+    measured = in_turns({name: partial(rates, *work) for name, work in works.items()}, rounds)
+    found = {}
+    for name, each in measured.items():
+        cpu, plain = [used for _, used in each], [used for _, used in measured[name.partition(",")[0]]]
+        steps = statistics.median(cpu) / task.ticks_a_period
+        found[name] = {"env. steps/s of CPU time": steps, "by it without": ratio(cpu, plain)}
+    return found
+
+
 def rates(work: Callable[[], object], count: float) -> tuple[float, float]:
     """Work once, and return the robot-steps a second: of the clock, and of CPU time."""
     wall, cpu = time.perf_counter(), time.process_time()
@@ -130,6 +178,8 @@ def measure(*, task: str = "avoid", worlds: int = 1000, threads: tuple[int, ...]
     for count in threads or sorted({1, os.cpu_count() or 1}):
         works = {maker.__name__: maker(found, worlds, count) for maker in (engine, vector, loop, play)}
         yield f"threads: {count}", compared(works, rounds)
+    if found.robots == 1 and not found.memory and not found.robot_memory:
+        yield "what a memory and a goal cost", costs(found, worlds, rounds)
 
 
 if __name__ == "__main__":

@@ -3,13 +3,15 @@
 import math
 import pickle
 import re
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 from elib.base.body import METRES_PER_STEP
 from elib.base.errors import ArgumentError
+from elib.learn import Task, encoders
+from elib.learn.envs import TaskEnv
 from elib.learn.networks import INPUTS, KINDS, Network, find_controller
 from elib.simulator.physics import Box, Controller, EpuckModel, Light, Scene, Sound, World
 from elib.simulator.physics.body import GRAVITY
@@ -200,3 +202,18 @@ def test_a_name_of_nothing_is_refused_with_a_cure(tmp_path, name, message, hint)
     with pytest.raises(ArgumentError, match=message) as caught:
         find_controller(name.format(tmp_path), ["proximity"])
     assert re.search(hint, caught.value.hint)
+
+
+@pytest.mark.parametrize("sensors", [("proximity", "ground", "rotation"), tuple(INPUTS)])
+def test_observations_of_an_environment_are_scaled_to_the_inputs_of_a_network(sensors):
+    network = Network("feedforward", sensors)
+    scenes = (replace(SCENE, step=1 / 40),)
+    task = Task("seen", "See.", scenes, lambda world, i: 0.0, sensors=sensors, observe=(encoders(),))
+    env = TaskEnv(task, engine="interpreted")
+    seen, _ = env.reset(seed=2)
+    for _ in range(5):
+        seen, *_ = env.step([0.05, -0.02])
+    memory = [0.0] * network.memory
+    network.function(env._episodes.world(0)._state.world.views[0], [0.0] * network.size, memory)
+    assert network.scale([seen, seen]) == pytest.approx(np.tile(memory[: network.inputs], (2, 1)), abs=1e-6)
+    assert np.any(network.scale(seen) != 0.0)

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from functools import cache
 from itertools import accumulate
 from pathlib import Path
-from typing import Any, Final, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
 
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from elib.base.body import METRES_PER_STEP
 from elib.base.errors import ArgumentError
@@ -25,6 +25,9 @@ from elib.simulator.physics.controller import MAX_MEMORY, Controller
 from elib.simulator.physics.observing import SENSED
 from elib.simulator.physics.records import SensorView
 from elib.simulator.physics.task import FASTEST
+
+if TYPE_CHECKING:
+    import numpy as np
 
 Function: TypeAlias = Callable[[SensorView, Any, Any], None]
 """A control function: it takes the robot, its parameters and its memory, and sets ``robot.left`` and ``robot.right``,
@@ -174,6 +177,26 @@ class Network(_Learned):
     def function(self) -> Function:
         """The control function; equal networks have the same one."""
         return _network_function(self)
+
+    def scale(self, observations: ArrayLike) -> NDArray[np.float64]:
+        """Return the inputs of the network, -1..1: what another library trains, so that it fits a champion.
+
+        Args:
+            observations: Of environments whose task senses what the network does, in this order, (..., n). What is
+                observed beside the sensors is left out.
+
+        Returns:
+            The inputs, (..., :attr:`inputs`).
+        """
+        import numpy as np
+
+        seen, at, found = np.asarray(observations, dtype=float), 0, []
+        for sensor in self.sensors:
+            given = INPUTS[sensor]
+            part = (seen[..., at : at + given.count] - given.zero) / (given.full - given.zero)
+            found.append(np.clip(part, -1.0, 1.0))
+            at += len(channels_of(sensor))
+        return np.concatenate(found, axis=-1)
 
 
 @dataclass(frozen=True)

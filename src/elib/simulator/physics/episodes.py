@@ -227,8 +227,12 @@ class Episodes:
     @property
     def memory(self) -> NDArray[Any]:
         """What the task remembers, a record for each world: ``memory["energy"]`` holds a number of all of them."""
-        named: NDArray[Any] = self._steered.remembered.copy().view(shape_of(self.task))[:, 0]
+        named: NDArray[Any] = self._steered.remembered.copy().view(self._shape)[:, 0]
         return named
+
+    @cached_property
+    def _shape(self) -> np.dtype[Any]:
+        return shape_of(self.task)  # To make it takes twice as long as the step of one world.
 
     def readings(self, sensor: str) -> NDArray[Any]:
         """Return what a sensor of the task reads now, (worlds, robots, n): n is 1 for a sensor of one number. A copy.
