@@ -89,7 +89,7 @@ def is_right(found: Pose, real: Pose) -> bool:
 
 def locate(link: str, seed: int, is_kidnapped: bool = False) -> dict[str, float]:
     """Follow walls from an unknown place until the place is known; when kidnapped, from another place once more."""
-    found: dict[str, float] = {"took": math.inf, "wrong": 0.0, "load": 0.0, "error": math.nan}
+    found: dict[str, float] = {"took": math.inf, "said": 0.0, "untrue": 0.0, "wrong": 0.0, "load": 0.0}
 
     async def main() -> None:
         chance = random.Random(seed)
@@ -101,10 +101,10 @@ def locate(link: str, seed: int, is_kidnapped: bool = False) -> dict[str, float]
             localiser = elib.Localiser(grid, seed=seed)
             open_air, wheels, turned = OpenAir(), STANDING, 0.0
             began, first, used, looks = robot.time, math.inf, 0.0, 0
-            at = began
+            at, was_sure = began, False
 
             async def step(view: elib.Epuck) -> bool:
-                nonlocal wheels, turned, began, first, used, looks, at
+                nonlocal wheels, turned, began, first, used, looks, at, was_sure
                 before, wheels = wheels, STANDING
                 near = open_air(await view.proximity())
                 pose = await view.pose()
@@ -115,16 +115,17 @@ def locate(link: str, seed: int, is_kidnapped: bool = False) -> dict[str, float]
                 if estimate.is_sure:
                     real = truth(robot)
                     right = is_right(estimate.pose, real)
+                    found["said"] += not was_sure
+                    found["untrue"] += not was_sure and not right
                     if is_kidnapped and math.isinf(first):
                         if right:
                             first, began = robot.time, robot.time
                             place(world, chance)
                     elif right:
                         found["took"] = min(found["took"], robot.time - began)
-                        found["error"] = math.dist((estimate.pose.x, estimate.pose.y), (real.x, real.y))
                     else:
                         found["wrong"] += 1
-                gap, at = robot.time - at, robot.time
+                gap, at, was_sure = robot.time - at, robot.time, estimate.is_sure
                 if turned < ROUND:
                     turned += gap * TURN_RATE
                     wheels = elib.Wheels(-SPIN, SPIN)
@@ -145,7 +146,7 @@ def locate(link: str, seed: int, is_kidnapped: bool = False) -> dict[str, float]
 
 def go(link: str, seed: int) -> dict[str, float]:
     """Drive from the world's start to its goal, all through the maze."""
-    found: dict[str, float] = {"touches": 0.0, "took": math.inf, "error": math.inf, "believed": math.inf}
+    found: dict[str, float] = {"touches": 0.0, "took": math.inf, "error": math.inf, "within": math.nan}
 
     async def main() -> None:
         async with elib.open(link) as robot:
@@ -166,7 +167,7 @@ def go(link: str, seed: int) -> dict[str, float]:
             real = truth(robot)
             found["took"] = robot.time - began
             found["error"] = math.dist((real.x, real.y), GOAL)
-            found["believed"] = math.dist((real.x, real.y), (pose.x, pose.y))
+            found["within"] = math.dist((real.x, real.y), (pose.x, pose.y)) <= pose.uncertainty
 
     simulated(main)()
     return found
@@ -255,11 +256,11 @@ def measured(
         wide: How many of them draw one of the wide room, too.
         seed: What the robots' own seeds are drawn by.
         processes: How many work at once.
-        only: What the firmware and the faults, behind a comma, begin with.
+        only: One firmware, and behind a comma its faults, if any.
     """
     seeds = random.Random(seed).sample(range(10**6), max(robots, maps))
     for firmware, fault in LINKS:
-        if f"{firmware},{fault}".startswith(only):
+        if only in ("", f"{firmware},{fault}".strip(",")):
             with ProcessPoolExecutor(processes) as pool:
                 tables = _table(pool, firmware, fault, seeds[:robots], [] if fault else seeds[:maps], wide)
             yield f"{firmware}{f', {fault}' if fault else ''}", tables
@@ -290,6 +291,8 @@ def _table(
             "robots": len(rows),
             "good": sum(row["took"] < LIMIT for row in rows),
             "median s": median(rows, "took"),
+            "said sure": sum(row["said"] for row in rows),
+            "untrue": sum(row["untrue"] for row in rows),
             "wrongly sure %": share(rows),
             "load %": statistics.mean(row["load"] for row in rows),
         }
@@ -301,6 +304,7 @@ def _table(
         "median s": median(driven, "took"),
         "touched": sum(row["touches"] > 0 for row in driven),
         "off cm": 100 * median(driven, "error"),
+        "within what it says": sum(row["within"] == 1 for row in driven),
     }
     for world, rows in drawn.items():
         if rows:

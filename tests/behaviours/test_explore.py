@@ -12,6 +12,8 @@ from played import played
 import elib
 from elib.base.pose import Pose
 from elib.behaviours.explore import NEAR, STRETCH, Straight
+from elib.simulator.physics import World
+from elib.testing import simulation_of
 
 WORLD = """
 [arena]
@@ -30,7 +32,8 @@ def explored(folder: Path, monkeypatch: pytest.MonkeyPatch, world: str, seconds:
     """Let a drawn robot explore a world, and return its map, where it started, and why it ended."""
     monkeypatch.chdir(folder)
     run = played("explore", f"sim://{world}?speed=max&quality=typical&seed=1", seconds=seconds)
-    assert "explored.png" in run.outcome.messages[0]
+    assert "explored.png" in run.outcome.messages[-1]
+    assert not any("not to be relied on" in each for each in run.outcome.messages)
     return elib.Grid.open("explored.png"), run.before, run.outcome.reason
 
 
@@ -57,6 +60,34 @@ def test_it_draws_a_small_arena_and_ends_when_nothing_is_left_to_see(
     grid, start, reason = explored(tmp_path, monkeypatch, "small.toml", 150)
     assert reason == "done"
     assert right(grid, start, "small.toml") > 0.9
+
+
+@pytest.mark.parametrize(
+    ("moved_at", "seconds", "told"),
+    [(30, 65, "draws the map again"), pytest.param(50, 100, "not to be relied on", marks=pytest.mark.long)],
+)
+def test_a_map_that_contradicts_itself_is_not_left_without_a_word(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moved_at: float, seconds: float, told: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    def watch(run: elib.behaviours.RunContext, robots: tuple[elib.Epuck, ...]) -> None:
+        world = simulation_of(robots[0]).world
+        assert world is not None
+        world.follow(lambda: put(world))
+
+    def put(world: World) -> None:
+        if world.time > moved_at and not moved:
+            moved.append(world.time)
+            world.move_robot(0, Pose(0.9, 0.7, 1.0))
+
+    moved: list[float] = []
+    url = "sim://maze?speed=max&quality=typical&seed=2"
+    options = {"number": 7}
+    said = elib.play(elib.behaviours.find("explore"), url, seconds=seconds, options=options, watch=watch).messages
+    assert "m² known" in said[0]
+    assert any(told in each for each in said), said
+    assert elib.Grid.open("explored7.png").occupied.any()
 
 
 @pytest.mark.long

@@ -9,7 +9,7 @@ from elib.base.errors import ArgumentError, SimulationError
 from elib.simulator.emulator.faultkinds import KINDS, Ramp, When
 from elib.simulator.emulator.faultscript import FaultScript, gallery, load, parse
 
-SHIPPED = ["dead-battery", "flaky-bluetooth", "half-answers", "robot-reset", "walks-out-of-range"]
+SHIPPED = ["dead-battery", "flaky-bluetooth", "half-answers", "loose-wheel", "robot-reset", "walks-out-of-range"]
 
 
 def script(text: str) -> FaultScript:

@@ -102,6 +102,8 @@ CASES = [
     ('kind = "survives"', "raise SystemExit(3)", False, "with exit code 3"),
     ('kind = "lit"\nleds = [0, 4]', "robot.set_led(0, True); robot.set_led(4, True); robot.sleep(0.1)", True, "1 time"),
     ('kind = "lit"\nleds = [0, 4]', "robot.set_led(0, True); robot.sleep(0.1)", False, "on 0 times"),
+    ('kind = "lit"\nzones = ["right"]', STAND, True, "on 0 times"),
+    ('kind = "lit"\nzones = ["right"]', "robot.set_led(0, True); robot.sleep(0.1)", False, "on 1 time"),
     ('kind = "lit"\nleds = [0, 0]', "robot.set_led(0, True); robot.sleep(0.1)", True, "on 1 time"),
     (
         'kind = "lit"\ntimes = 2',

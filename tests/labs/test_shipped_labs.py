@@ -63,11 +63,11 @@ def first_line(lab: Lab, program: str) -> re.Match[str]:
     return found
 
 
-def test_sixteen_labs_come_with_elib_from_10_cm_to_a_game() -> None:
-    assert len(NAMES) == 16
-    assert (NAMES[0], NAMES[-1]) == ("go-10-cm", "energy-game")
+def test_seventeen_labs_come_with_elib_from_10_cm_to_broken_robots() -> None:
+    assert len(NAMES) == 17
+    assert (NAMES[0], NAMES[-1]) == ("go-10-cm", "find-the-broken-robot")
     numbers = [tomllib.loads((LABS[name].folder / "lab.toml").read_text())["number"] for name in NAMES]
-    assert numbers == list(range(1, 17))
+    assert numbers == list(range(1, 18))
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -28,6 +28,7 @@ RANGES = {
     "homing": (-1.0, 1.0),
     "find-and-avoid": (-0.11, 1.01),
     "t-maze": (-0.01, 1.01),
+    "foraging": (0.0, 1.0),
     "aggregation": (0.0, 1.0),
     "dispersion": (0.0, 1.0),
     "box-pushing": (-0.03, 0.03),
@@ -128,22 +129,23 @@ def go_home(robot: Any, parameters: Any, memory: Any) -> None:
         to_lamp(robot, parameters, memory)
 
 
-def to_lamp(robot: Any, parameters: Any, memory: Any) -> None:
+def to_lamp(robot: Any, parameters: Any, memory: Any, sign: float = 1.0) -> None:
+    """Drive to the lamp; away from it if *sign* is -1."""
     light = [4095.0 - count for count in robot.ambient_light]
     angles = [math.radians(angle) for angle in (-17, -49, -90, -150, 150, 90, 49, 17)]
     ahead, left = (
         sum((each - min(light)) * way(a) for each, a in zip(light, angles, strict=True)) for way in (math.cos, math.sin)
     )
-    turn = math.atan2(left, ahead)
+    turn = math.atan2(sign * left, sign * ahead)
     drive(robot, 1.0 if abs(turn) < 0.8 else 0.1, 0.35 * turn)
 
 
-def find(robot: Any, parameters: Any, memory: Any) -> None:
+def find(robot: Any, parameters: Any, memory: Any, sign: float = 1.0) -> None:
     """Drive to the lamp, and past what is near for a second."""
     near = robot.proximity
     right, left = near[0] + near[1] + 0.5 * near[2], near[7] + near[6] + 0.5 * near[5]
     away = -1.0 if left > right else 1.0
-    memory[0] = 10.0 if left + right > parameters[0] else memory[0] - 1.0
+    memory[0] = 10.0 if left + right > 150 else memory[0] - 1.0
     if near[0] + near[7] > 150:
         drive(robot, 0.1, 0.5 * away)
     elif memory[0] == 10.0:
@@ -151,7 +153,16 @@ def find(robot: Any, parameters: Any, memory: Any) -> None:
     elif memory[0] > 0.0:
         drive(robot, 0.8, 0.0)
     else:
-        to_lamp(robot, parameters, memory)
+        to_lamp(robot, parameters, memory, sign)
+
+
+def forage(robot: Any, parameters: Any, memory: Any) -> None:
+    """Drive to the lamp from the black field to the white nest, and away from it back."""
+    if robot.ground[1] < 450:
+        memory[1] = 1.0
+    elif robot.ground[1] > 800:
+        memory[1] = 0.0
+    find(robot, parameters, memory, 1.0 if memory[1] else -1.0)
 
 
 def remember(robot: Any, parameters: Any, memory: Any) -> None:
@@ -179,8 +190,9 @@ SENSIBLE: dict[str, tuple[Callable[..., None], float]] = {
     "maze": (follow_wall, 15.0),
     "coverage": (bounce, 0.0),
     "homing": (go_home, 8.0),
-    "find-and-avoid": (find, 150.0),
+    "find-and-avoid": (find, 0.0),
     "t-maze": (remember, 0.0),
+    "foraging": (forage, 0.0),
     "aggregation": (aggregate, 0.0),
     "dispersion": (leave, 0.0),
     "box-pushing": (go_to_light, 0.0),
@@ -195,7 +207,7 @@ def played(task: Task, function: Callable[..., None], parameter: float = 0.0, se
     return float(scores.fitness[0, 0])
 
 
-def test_thirteen_tasks_come_with_elib() -> None:
+def test_fourteen_tasks_come_with_elib() -> None:
     assert set(TASKS) == set(RANGES)
     for task in TASKS.values():
         assert task.summary
@@ -232,7 +244,7 @@ def test_a_sensible_robot_solves_it_and_one_that_stands_does_not(name: str) -> N
     task = TASKS[name]
     function, parameter = SENSIBLE[name]
     seeds = (1, 2, 3) if name == "dispersion" else (1,)  # where robots that are drawn badly bring it down
-    if task.robots > 1:
+    if task.robots > 1 and task.solved <= 1.0:  # foraging is solved by several deliveries
         task = replace(task, seconds=task.seconds / 2)
     assert statistics.fmean(played(task, function, parameter, seed) for seed in seeds) >= task.solved
     assert played(replace(task, seconds=2.0), stand) < task.solved
@@ -255,12 +267,12 @@ def test_a_target_pays_one_and_the_way_to_it_and_a_touch_ends_the_search_and_cos
     behind_a_box = replace(task, scenes=task.scenes[:1], randomisation=Randomisation(spread=(0.0, 0.0)))
     far, at_the_wall = math.hypot(0.52, 0.5), math.hypot(0.663 - 0.61, 0.5)
     assert played(behind_a_box, straight_on) == pytest.approx((far - at_the_wall) / 1.3 - 0.1, abs=0.003)
-    assert played(behind_a_box, find, 150.0) == pytest.approx(1.0 + (far - 0.12) / 1.3, abs=0.003)
+    assert played(behind_a_box, find) == pytest.approx(1.0 + (far - 0.12) / 1.3, abs=0.003)
 
 
 def test_who_drives_straight_to_the_lamp_often_touches_what_stands_before_it() -> None:
     scores = {
-        each: [played(TASKS["find-and-avoid"], each, 150.0, seed) for seed in range(1, 11)] for each in (to_lamp, find)
+        each: [played(TASKS["find-and-avoid"], each, seed=seed) for seed in range(1, 11)] for each in (to_lamp, find)
     }
     solved = {each: sum(score >= 1.0 for score in found) for each, found in scores.items()}
     assert solved[to_lamp] <= 5
@@ -274,6 +286,13 @@ def test_who_has_forgotten_the_lamp_leaves_the_t_maze_at_the_right_end_in_one_ha
     assert sum(score > 1.0 for score in remembering) >= 18
     assert 5 <= sum(score > 1.0 for score in looking) <= 15
     assert all(score < 0.7 or 1.9 < score < 2.4 for score in (*remembering, *looking))  # one end or the other
+
+
+@pytest.mark.parametrize("way", [bounce, find])
+def test_who_does_not_use_the_lamp_or_does_not_leave_it_delivers_little(way: Callable[..., None]) -> None:
+    scores = [played(TASKS["foraging"], way, seed=seed) for seed in (1, 2)]
+    assert max(scores) < TASKS["foraging"].solved / 2
+    assert all(4 * score == round(4 * score) for score in scores)  # whole deliveries of four robots
 
 
 @pytest.mark.parametrize("name", ["avoid", "line-following", "wall-following"])

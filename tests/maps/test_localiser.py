@@ -139,6 +139,31 @@ def test_the_first_looks_draw_guesses_at_the_place_of_the_robot(grid: elib.Grid)
     assert sum(found) > 6, found
 
 
+def test_a_guess_that_seems_unlikely_is_drawn_again_and_stays_as_unlikely(grid: elib.Grid) -> None:
+    localiser = elib.Localiser(grid, Pose(0.1, 0.1, math.pi / 2))
+    localiser._guesses[:30, 0] = 1.3
+    localiser._weights[:] = 0.99 / (MIN_GUESSES - 30)
+    localiser._weights[:30] = 0.01 / 30
+    localiser._draw()
+    is_there = localiser._guesses[:, 0] > 1
+    assert 6 <= is_there.sum() < MIN_GUESSES / 4
+    assert localiser._weights[is_there].sum() == pytest.approx(0.01, rel=0.3)
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.long), pytest.param(3, marks=pytest.mark.long)])
+def test_the_first_place_that_is_believed_is_the_right_one(grid: elib.Grid, seed: int) -> None:
+    world = maze(seed)
+    world.move_robot(0, Pose(0.1 + 0.2 * (seed % 7), 0.1 + 0.2 * (3 * seed % 7), seed))
+    drive = Drive(world, elib.Localiser(grid, seed=seed))
+    for _ in range(90):
+        drive.on(1)
+        if not drive.localiser.is_lost:
+            break
+    assert not drive.localiser.is_lost
+    assert drive.error[0] < drive.localiser.estimate.pose.uncertainty < 0.03
+    assert drive.error[1] < math.radians(10)
+
+
 def test_where_nothing_is_near_no_guess_is_drawn(grid: elib.Grid) -> None:
     localiser = elib.Localiser(grid)
     for k in range(20):

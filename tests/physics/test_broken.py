@@ -175,6 +175,7 @@ def test_both_engines_draw_the_same_broken_robots():
         (lambda: Defect("wheel", shift=1.0), "a wheel can only be slower or faster"),
         (lambda: Defect("clock", factor=9.0), "the clock's factor is 9"),
         (lambda: Randomisation(broken=0.5), "but no defect is named"),
+        (lambda: Randomisation(defects=(Defect("camera", stuck=0.0),)), "no robot has one"),
         (lambda: Randomisation(defects=(Defect("camera", stuck=0.0),), broken=1.5), "broken is 1.5"),
     ],
 )

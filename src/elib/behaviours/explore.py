@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import functools
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated
 
 from elib.base.body import WHEEL_CIRCUMFERENCE
@@ -38,17 +39,23 @@ STRAIGHT, SLANTED = 0.06, 0.35
 """rad: how exactly it does, and from where a wall does not stand at right angles to the others."""
 MAX_CRUISE = 0.52
 """rev/s along walls: a wheel round the outside of a corner is nearly twice as fast."""
-FILE = "explored.png"
-"""Where the map is left, with explored.toml beside it."""
+Number = Annotated[int, Quantity("number", "", 0, 999)]
+TELLS = 30.0
+"""s of robot time between two lines that say how far it is."""
+AMISS = 0.05
+"""Share of looks that contradict the map from which on it says so: where the map was right, at most 1 in 100 did."""
 
 
-async def draw(robot: Epuck, grid: Grid, *, pace: float = 0.08) -> None:
+async def draw(
+    robot: Epuck, grid: Grid, *, pace: float = 0.08, say: Callable[[str], object] = lambda text: None
+) -> None:
     """Draw a map of all that the robot can come to, in the coordinates of its odometry; the robot then stands.
 
     Args:
         robot: The robot.
         grid: The map; what it knows already is not looked at again.
         pace: The fastest speed, m/s.
+        say: Takes a line now and then, and one at the end if the map contradicts itself.
     """
     from elib.maps.ways import frontier, is_seen  # here: they need NumPy
     from elib.robot.ways import Guide
@@ -56,11 +63,12 @@ async def draw(robot: Epuck, grid: Grid, *, pace: float = 0.08) -> None:
     given_up: list[tuple[float, float]] = []
     async with robot.motion.under_way(robot, "explore"):
         guide = await asyncio.to_thread(Guide, robot, grid, pace, TURN_RATE, draws=True)
+        telling = asyncio.create_task(_tell(guide, say))
         try:
             await guide.look_round()
             straight, cruise = Straight(), min(pace / WHEEL_CIRCUMFERENCE, MAX_CRUISE)
             for _ in range(MAX_ISLANDS):
-                if not await _along_walls(guide, straight, cruise):
+                if not await _along_walls(guide, straight, cruise, say):
                     break
                 here = guide.estimate.pose
                 with contextlib.suppress(NoWay):
@@ -79,12 +87,28 @@ async def draw(robot: Epuck, grid: Grid, *, pace: float = 0.08) -> None:
                     wall = min(straight.places, key=lambda place: math.dist(place, (here.x, here.y)))
                     with contextlib.suppress(NoWay):
                         await guide.drive_to(wall)
-                    await _along_walls(guide, straight, cruise, BACK)
+                    await _along_walls(guide, straight, cruise, say, BACK)
         finally:
-            robot.motion.odometry.pose = guide.estimate.pose
+            telling.cancel()
+            guide.hand_over()
+            if guide.amiss > AMISS * guide.looks:
+                say(
+                    f"The map is not to be relied on: {100 * guide.amiss / guide.looks:.0f} % of the looks contradict "
+                    "it. Was the robot lifted, or did something move? Draw it again, and begin beside a long wall."
+                )
 
 
-async def _along_walls(guide: Guide, straight: Straight, cruise: float, far: float = math.inf) -> bool:
+async def _tell(guide: Guide, say: Callable[[str], object]) -> None:
+    """Say now and then how far it is."""
+    while True:
+        await asyncio.sleep(TELLS)
+        known = int((~guide.known.unknown).sum())
+        say(f"{known * guide.known.cell**2:.2f} m² known, {guide.driven:.1f} m driven")
+
+
+async def _along_walls(
+    guide: Guide, straight: Straight, cruise: float, say: Callable[[str], object], far: float = math.inf
+) -> bool:
     """Follow the wall on the right until the robot is where it was, or has found none, or for *far* m.
 
     Return whether it went round something that stands in the room: it then has turned right, all in all.
@@ -103,6 +127,8 @@ async def _along_walls(guide: Guide, straight: Straight, cruise: float, far: flo
         direction, heading = straight.direction, straight(here, wall_distance(guide.near.right))
         is_new = straight.direction != direction
         if is_new:  # what was drawn before may be turned against it
+            if direction is not None:
+                say("Most walls stand at another angle than it thought: it draws the map again.")
             guide.known.odds[:] = 0
             straight.places.clear()
             await asyncio.to_thread(guide.localiser.renew)
@@ -160,26 +186,29 @@ class Straight:
 
 
 @behaviour(world="maze", group="vehicles")
-async def explore(robot: Epuck, run: RunContext, *, pace: Pace = 0.08) -> None:
+async def explore(robot: Epuck, run: RunContext, *, pace: Pace = 0.08, number: Number = 0) -> None:
     """Explore an unknown arena and leave a map of it, explored.png and explored.toml; earlier ones are replaced.
 
     First it follows the wall on the right, once round, then it drives to what is still unknown. If it went round
     something that stands in the room, it looks for the walls of the room first. Most walls are taken to stand at right
     angles: that keeps the map straight, though no robot's wheels are alike. Where it has seen no wall for long, it goes
-    back to one before it drives on.
+    back to one before it drives on. Every 30 s it says how much it knows, and at the end whether the map contradicts
+    itself.
 
     Args:
         robot: The robot to drive.
         run: The run.
         pace: The fastest speed.
+        number: Behind the name of the files: 7 leaves explored7.png; 0 leaves explored.png.
     """
     from elib.maps.grid import Grid
 
     grid = Grid()
     run.state("exploring")
     try:
-        await draw(robot, grid, pace=pace)
+        await draw(robot, grid, pace=pace, say=run.say)
     finally:
         if grid.odds.size:
-            grid.save(FILE)
-            run.say(f"{grid}: {FILE}")
+            file = f"explored{number or ''}.png"
+            grid.save(file)
+            run.say(f"{grid}: {file}")

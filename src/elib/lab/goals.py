@@ -377,20 +377,24 @@ class Lit(Goal):
     Attributes:
         leds: Their numbers.
         times: How often they went on.
+        zones: Where those robots began that must switch them on; all others must never do so.
     """
 
     leds: Annotated[tuple[int, ...], Several(Whole(0, 7), 1, 8, example="[0, 4]")] = (0,)
     times: Annotated[int, Whole(1, 10_000, example="3")] = 1
+    zones: Annotated[tuple[str, ...], Names(example='["broken"]', otherwise="anywhere")] = ()
 
     def _sentence(self) -> str:
         often = "" if self.times == 1 else f" {self.times} times"
-        return f"The robot switches LED {', '.join(map(str, self.leds))} on{often}."
+        who = f"Who begins in {', '.join(self.zones)}, and no other robot," if self.zones else "The robot"
+        return f"{who} switches LED {', '.join(map(str, self.leds))} on{often}."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
         mask = sum(1 << led for led in set(self.leds))  # a LED may be named twice
         lit = [row[robot] & mask == mask for row in trace.lit]
         count = sum(now and not before for before, now in pairwise([False, *lit]))
-        return count >= self.times, f"on {counted(count, 'time')}"
+        is_asked = not self.zones or any(trace.zones[name].holds(*trace.poses[0][robot][:2]) for name in self.zones)
+        return count >= self.times if is_asked else not count, f"on {counted(count, 'time')}"
 
 
 @kind("score")

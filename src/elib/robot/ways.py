@@ -14,6 +14,7 @@ from typing import Final
 
 from elib.base.body import AXLE, SENSOR_DIRECTIONS, SENSOR_RADIUS, STEPS_PER_REVOLUTION
 from elib.base.errors import NoWay
+from elib.base.pose import apart
 from elib.link.protocol.commands import Commands
 from elib.link.protocol.distances import OpenAir, distances
 from elib.link.protocol.values import Proximity, Wheels
@@ -50,6 +51,8 @@ TOUCHING: Final = 0.008
 """m from something in front at which a robot that draws a map stands and plans again; and m/s, if it drives on."""
 MAX_PLANS: Final = 40
 """How often a way is planned: what moves can be in the way again and again."""
+DOUBTFUL: Final = 0.8
+"""Mean fit of the readings below which they contradict the map: where it was right, hardly any were."""
 MAX_LOST: Final = 20
 """Looks in a row in which the robot may be in several places, after which it has lost its way."""
 
@@ -75,11 +78,20 @@ class Guide:
         self.localiser = Localiser(grid, mover.motion.odometry.pose, is_carried=not draws)  # what finds it on the map
         if not draws:
             self.localiser.nearer = STRANGE
+        if mover.motion.wheels is not None:
+            self.localiser.wheels = mover.motion.wheels
         self.estimate: Estimate = self.localiser.estimate  # where it is
         self._looked = -math.inf
         self._seen = self._lost = 0
         self._ahead = 0.0
         self._drawn = self.known.changes
+        self.looks = self.amiss = 0  # how often it looked while it drew, and how often that contradicted the map
+        self.driven = 0.0  # m
+
+    def hand_over(self) -> None:
+        """Leave to the robot's next motions where it is, and what was learned of its wheels."""
+        self._mover.motion.odometry.pose = self.estimate.pose
+        self._mover.motion.wheels = self.localiser.wheels
 
     async def look_round(self) -> None:
         """Turn round once, so that each sensor learns what it reads where nothing is near."""
@@ -108,11 +120,21 @@ class Guide:
                     raise
                 break
             if await self._follow(corners, is_there):
+                if self._lost and not self._draws:
+                    raise self._astray()
                 return
             blocked += 1
         raise NoWay(
             f"the way to ({goal[0]:.2f}, {goal[1]:.2f}) m is blocked by what is not on the map, {blocked} times so far",
             hint="does something move there? Is the robot where the map has it? Try again later, or draw the map again",
+        )
+
+    def _astray(self) -> NoWay:
+        """Return the error that the robot may be in several places."""
+        pose = self.estimate.pose
+        return NoWay(
+            f"the robot lost its way near ({pose.x:.2f}, {pose.y:.2f}) m: what it reads is not on the map there",
+            hint="was it put elsewhere? Let elib.Localiser(map) find it, then robot.set_pose()",
         )
 
     async def _follow(self, corners: list[Place], is_there: Callable[[], bool]) -> bool:
@@ -173,14 +195,14 @@ class Guide:
             is_new = [now < TOUCHING < self._ahead for now in seen]
         else:
             is_new = [now < TOLD and now < there - NEARER for now, there in zip(seen, expected, strict=True)]
-        self.estimate = self.localiser.update(motion.odometry.pose, seen)
+        before, self.estimate = self.estimate.pose, self.localiser.update(motion.odometry.pose, seen)
         pose = self.estimate.pose
+        self.driven += apart(before, pose)
+        self.looks += 1
+        self.amiss += self.estimate.fit < DOUBTFUL
         self._lost = self._lost + 1 if self.estimate.share < 0.5 else 0
         if self._lost > MAX_LOST and not self._draws:
-            raise NoWay(
-                f"the robot lost its way near ({pose.x:.2f}, {pose.y:.2f}) m: what it reads is not on the map there",
-                hint="was it put elsewhere? Let elib.Localiser(map) find it, then robot.set_pose()",
-            )
+            raise self._astray()
         if self._draws:
             self.known.add(pose, seen)
             if self.known.changes - self._drawn > 30:
@@ -205,13 +227,10 @@ async def go(mover: Mover, grid: Grid, place: Place, speed: float, turn_rate: fl
     """Drive to a place on a map, m, round what is in the way."""
     is_first = mover.context.open_air is None
     guide = await asyncio.to_thread(Guide, mover, grid, speed, turn_rate)
-    if mover.motion.wheels is not None:
-        guide.localiser.wheels = mover.motion.wheels
     try:
         if is_first:
             await guide.look_round()
         await guide.drive_to(place)
     finally:
-        mover.motion.odometry.pose = guide.estimate.pose
-        mover.motion.wheels = guide.localiser.wheels
+        guide.hand_over()
     await mover.motion.go(mover, *place, speed, turn_rate)

@@ -74,6 +74,8 @@ class Randomisation:
                 f"robots are broken with probability {self.broken:g}, but no defect is named",
                 hint='name some: defects=(Defect("proximity", (0,), stuck=300.0),)',
             )
+        if self.defects and not self.broken:
+            raise ArgumentError("defects are named, but no robot has one", hint="say how probable one is: broken=0.2")
         limits = {each.name: each.rule for each in fields_of(EpuckModel)}
         limits["spread"] = Number(0, max(QUALITIES.values()))
         for entry in fields(self):
