@@ -81,8 +81,8 @@ def judging() -> str:
         "half of the points. A program passes if all goals hold in all variants.",
         "A goal with `needs` holds only if the goals that it names hold in the same variant. Without it a robot that "
         "stands still would pass `no-contact`, `stands` or `survives`.",
-        f"When the program has ended, the world goes on for {AFTERWARDS:g} s: a last command arrives, and a robot that "
-        "was left driving drives on. Then comes what is called the end.",
+        f"When the program has ended, in a game both programs, the world goes on for {AFTERWARDS:g} s: a last command "
+        "arrives, and a robot that was left driving drives on. Then comes what is called the end.",
         "When the lab's time is over, the link is lost: the program gets a `LinkLost`, has "
         f"{GRACE:g} s by the clock on the wall to end, and the goals are judged as things are.",
         "A program that breaks the rules of the link passes no goal, and neither does one that is not done after "

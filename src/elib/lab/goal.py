@@ -153,7 +153,8 @@ class Goal:
             named = getattr(self, key, ())
             for name in (named,) if isinstance(named, str) else named:
                 if name not in zones:
-                    raise Mistake(f'names "{name}", and there is no such zone', path=(key,), hint=nearest(name, zones))
+                    hint = nearest(name, zones) if zones else "write its [[zone]] here: a world's zones are others"
+                    raise Mistake(f'names "{name}", and there is no such zone', path=(key,), hint=hint)
         self._check(things, stripes)
 
     def judge(self, trace: Trace) -> tuple[bool, str]:

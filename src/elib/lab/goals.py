@@ -410,7 +410,8 @@ class Score(Goal):
     energy: Share = 0.0
 
     def _sentence(self) -> str:
-        return f"The robot earns {self.least:g} points{f' and keeps {self.energy:.0%} energy' if self.energy else ''}."
+        points = f"{self.least:g} point{'s' * (self.least != 1)}"
+        return f"The robot earns {points}{f' and keeps {self.energy:.0%} energy' if self.energy else ''}."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
         score, _, energy = trace.earned[robot]

@@ -168,7 +168,7 @@ class Wall:
             (:func:`infrared_reflectance`).
         face: What both sides show to cameras: an AprilTag, the file of a picture, or nothing. It is as large as fits,
             in the middle. A tag has a white rim of one cell: the black square of one of 16h5 has 3/4 of the height, or
-            of the length. A picture is seen as at most 64 x 64 cells.
+            of the length, that of one of 36h11 4/5. A picture is seen as at most 64 x 64 cells.
     """
 
     x1: WallEnd
