@@ -43,9 +43,14 @@ def cells_of(face: str) -> Cells:
         ArgumentError: The file of a picture cannot be read.
     """
     if face in FACES:
-        return tuple(tuple(PAPER if is_white else INK for is_white in row) for row in face_cells(face))
+        return _tag(face)
     path = Path(face)
     return _picture(path, path.stat().st_mtime_ns if path.is_file() else 0)
+
+
+@lru_cache
+def _tag(face: str) -> Cells:
+    return tuple(tuple(PAPER if is_white else INK for is_white in row) for row in face_cells(face))
 
 
 @lru_cache

@@ -3,7 +3,7 @@ import elib
 
 
 async def main(robots: elib.Swarm) -> None:
-    await robots[1].set_led(0, True)
+    await robots[0].set_led(0, True)
     await robots.all.sleep(1)
 
 
