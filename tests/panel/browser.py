@@ -61,6 +61,14 @@ BIDI_KEYS = {
 """WebDriver's characters for keys that have none (https://www.w3.org/TR/webdriver2/#keyboard-actions)."""
 
 
+LEFT = ["Inspected target navigated", "Execution context was destroyed", "Cannot find default execution context"]
+"""What chromium answers while one page goes and the next one comes."""
+
+
+class PageLeft(Exception):
+    """The page went to another address before it answered."""
+
+
 class Wire:
     """Our end of a browser's protocol: results find their calls, and events go to whoever listens.
 
@@ -90,6 +98,8 @@ class Wire:
         await self._socket.send(json.dumps({"id": number, "method": method, "params": params, **more}))
         async with asyncio.timeout(PATIENCE):
             answer = await future
+        if any(each in str(answer.get("error")) for each in LEFT):
+            raise PageLeft(method)
         assert "error" not in answer, (method, answer)
         return answer["result"]
 
@@ -115,8 +125,19 @@ class Tab:
         return result["result"].get("value")
 
     async def until(self, expression: str) -> object:
-        """Wait until a JavaScript expression is true and return it."""
-        return await until(lambda: self.run(expression))
+        """Wait until a JavaScript expression is true, also on the page that comes next, and return it."""
+
+        async def now() -> object:
+            with contextlib.suppress(PageLeft):
+                return await self.run(expression)
+
+        return await until(now)
+
+    async def reload(self) -> None:
+        """Load the page anew, and return when the old one is gone."""
+        with contextlib.suppress(PageLeft):
+            await self.run("void (window.isOld = true, location.reload())")
+        await self.until("!window.isOld")
 
     async def go(self, url: str) -> None:
         """Open a page in this tab."""

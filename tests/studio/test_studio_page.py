@@ -11,8 +11,6 @@ import pytest_asyncio
 from browser import Tab, browser, needs_browser
 from studio_rig import Server
 
-from shared import until
-
 pytestmark = [pytest.mark.long, needs_browser, pytest.mark.asyncio(loop_scope="module")]
 
 ROOT = "document.querySelector('.code').shadowRoot"
@@ -267,8 +265,8 @@ async def test_what_cannot_be_kept_is_said(page: Page) -> None:
 async def test_a_reload_brings_the_program_back(page: Page) -> None:
     await page.show("again.py", "")
     await page.tab.run("elib.edit('print(3)\\n')")  # and no pause before the reload
-    await page.tab.run("void location.reload()")
-    assert await until(lambda: page.tab.run("window.elib?.textNow()")) == "print(3)\n"
+    await page.tab.reload()
+    assert await page.tab.until("window.elib?.textNow()") == "print(3)\n"
     await page.tab.until(READY)
     assert page.tab.complaints == []
 
