@@ -41,6 +41,7 @@ class Handler(SimpleHTTPRequestHandler):
 
 def studio(
     folder: Annotated[str | None, Cli(help="The built studio (default: the one of this checkout).")] = None,
+    /,
     *,
     port: Port = None,
     no_browser: NoBrowser = False,
