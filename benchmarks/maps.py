@@ -8,28 +8,28 @@ asked of the world. Robot time is simulated: a minute of it takes some seconds.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 import random
 import statistics
 import time
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from typing import Any
+from unittest import mock
 
 import numpy as np
 from harness import Table, Tables, quick, run
 
 import elib
-from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.pose import Pose
-from elib.behaviours import OpenAir
-from elib.behaviours.avoid import STANDING
 from elib.behaviours.explore import draw
-from elib.behaviours.wall_following import follow
-from elib.link.protocol.distances import distances
+from elib.behaviours.find_place import find_place
 from elib.maps.grid import KNOWN
+from elib.robot.ways import PERIOD
 from elib.simulator.physics import World
-from elib.testing import simulated, simulation_of
+from elib.testing import simulated, simulation_of, world_of
 
 WORLD, WIDE = "maze", "arena"
 ROOM = 0.008
@@ -37,12 +37,9 @@ ROOM = 0.008
 NEAR, ASIDE = 0.03, math.radians(10)
 """m and rad within which a robot knows where it is."""
 LIMIT = 60.0
-"""s of robot time to find that out."""
-SPIN = 0.3
-"""rev/s of the wheels while the robot turns round first."""
-TURN_RATE = 2 * SPIN * WHEEL_CIRCUMFERENCE / AXLE
-ROUND = 7.0
-"""rad: round once, and a bit."""
+"""s of robot time to find that out, counted from when it was put there."""
+CARRIED = 15.0
+"""s after which a robot on its way is carried off."""
 GOAL = 1.3, 1.3
 """The golden square, m."""
 
@@ -87,58 +84,43 @@ def is_right(found: Pose, real: Pose) -> bool:
 # -- where am I --------------------------------------------------------------------------------------------------------
 
 
-def locate(link: str, seed: int, is_kidnapped: bool = False) -> dict[str, float]:
-    """Follow walls from an unknown place until the place is known; when kidnapped, from another place once more."""
-    found: dict[str, float] = {"took": math.inf, "said": 0.0, "untrue": 0.0, "wrong": 0.0, "load": 0.0}
+def locate(link: str, seed: int, is_carried: bool = False) -> dict[str, float]:
+    """Find the robot at an unknown place; or carry it there on its way by a map, which it has to notice first."""
+    found: dict[str, float] = {"took": math.inf, "wrong": 0.0, "noticed": math.nan}
+    used, looks, update = 0.0, 0, elib.Localiser.update
+
+    def timed(*arguments: Any) -> Any:
+        nonlocal used, looks
+        start = time.thread_time()
+        estimate = update(*arguments)
+        used, looks = used + time.thread_time() - start, looks + 1
+        return estimate
 
     async def main() -> None:
-        chance = random.Random(seed)
+        chance, grid = random.Random(seed), elib.Grid.of_world(WORLD)
         async with elib.open(link) as robot:
-            world = simulation_of(robot).world
-            assert world is not None
+            world = world_of(robot)
+            if is_carried:
+                start = world.pose(0)
+                await robot.set_pose(start.x, start.y, start.heading)
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout(CARRIED):
+                        await robot.go_to(*GOAL, map=grid)
             place(world, chance)
-            grid = elib.Grid.of_world(WORLD)
-            localiser = elib.Localiser(grid, seed=seed)
-            open_air, wheels, turned = OpenAir(), STANDING, 0.0
-            began, first, used, looks = robot.time, math.inf, 0.0, 0
-            at, was_sure = began, False
+            began = robot.time
+            with contextlib.suppress(elib.NoWay):
+                if is_carried:
+                    try:
+                        await robot.go_to(*GOAL, map=grid)
+                    except elib.NoWay:
+                        found["noticed"] = robot.time - began
+                pose = await find_place(robot, grid)
+                found["wrong"] = not is_right(pose, truth(robot))
+                found["took"] = math.inf if found["wrong"] else robot.time - began
 
-            async def step(view: elib.Epuck) -> bool:
-                nonlocal wheels, turned, began, first, used, looks, at, was_sure
-                before, wheels = wheels, STANDING
-                near = open_air(await view.proximity())
-                pose = await view.pose()
-                start = time.thread_time()  # while it turns round first, what it reads in the open is not known yet
-                estimate = localiser.update(pose, None if turned < ROUND else distances(near))
-                used += time.thread_time() - start
-                looks += 1
-                if estimate.is_sure:
-                    real = truth(robot)
-                    right = is_right(estimate.pose, real)
-                    found["said"] += not was_sure
-                    found["untrue"] += not was_sure and not right
-                    if is_kidnapped and math.isinf(first):
-                        if right:
-                            first, began = robot.time, robot.time
-                            place(world, chance)
-                    elif right:
-                        found["took"] = min(found["took"], robot.time - began)
-                    else:
-                        found["wrong"] += 1
-                gap, at, was_sure = robot.time - at, robot.time, estimate.is_sure
-                if turned < ROUND:
-                    turned += gap * TURN_RATE
-                    wheels = elib.Wheels(-SPIN, SPIN)
-                else:
-                    wheels = follow(near, before, cruise=min(0.4, 0.08 / gap))
-                await view.set_speed(*wheels)
-                return robot.time - began > LIMIT * (1 + (is_kidnapped and math.isinf(first)))
-
-            await elib.react(robot, step, period=0.1)
-            found["looks"], found["load"] = looks, 100 * used / looks / 0.1
-
-    simulated(main)()
-    return found
+    with mock.patch.object(elib.Localiser, "update", timed):
+        simulated(main)()
+    return found | {"load": 100 * used / looks / PERIOD}
 
 
 # -- ways --------------------------------------------------------------------------------------------------------------
@@ -271,7 +253,7 @@ def _table(
 ) -> Table:
     links = [url(firmware, fault, each) for each in seeds]
     found = list(pool.map(locate, links, seeds))
-    moved = list(pool.map(partial(locate, is_kidnapped=True), links, seeds))
+    carried = list(pool.map(partial(locate, is_carried=True), links, seeds))
     driven = list(pool.map(go, links, seeds))
     drawn = {
         world: list(
@@ -283,20 +265,22 @@ def _table(
     def median(rows: list[dict[str, float]], name: str) -> float:
         return statistics.median(row[name] for row in rows)
 
-    def share(rows: list[dict[str, float]]) -> float:
-        return sum(100 * row["wrong"] for row in rows) / sum(row["looks"] for row in rows)
-
     table: dict[str, dict[str, float | str]] = {
         name: {
             "robots": len(rows),
             "good": sum(row["took"] < LIMIT for row in rows),
             "median s": median(rows, "took"),
-            "said sure": sum(row["said"] for row in rows),
-            "untrue": sum(row["untrue"] for row in rows),
-            "wrongly sure %": share(rows),
+            "wrong": sum(row["wrong"] for row in rows),
+            "not found": sum(math.isinf(row["took"]) and not row["wrong"] for row in rows),
             "load %": statistics.mean(row["load"] for row in rows),
         }
-        for name, rows in (("place found", found), ("found again", moved))
+        for name, rows in (("place found", found), ("carried off, found again", carried))
+    }
+    noticed = [row["noticed"] for row in carried if row["noticed"] < math.inf]
+    table["carried off, noticed"] = {
+        "robots": len(carried),
+        "good": len(noticed),
+        "median s": statistics.median(noticed),
     }
     table["maze driven"] = {
         "robots": len(driven),

@@ -66,17 +66,22 @@ class Guide:
         speed: The fastest speed, m/s.
         turn_rate: The fastest turn rate, rad/s.
         draws: Whether what it sees is added to the map, and it may drive where nothing is known.
+        is_lost: Whether the robot may be anywhere on the map.
     """
 
     near: Proximity  # the last readings of the infrared sensors, without what they read in the open
 
-    def __init__(self, mover: Mover, grid: Grid, speed: float, turn_rate: float, *, draws: bool = False) -> None:
+    def __init__(
+        self, mover: Mover, grid: Grid, speed: float, turn_rate: float, *, draws: bool = False, is_lost: bool = False
+    ) -> None:
         self._mover, self._speed, self._turn_rate, self._draws = mover, speed, turn_rate, draws
+        self._may_be_anywhere = is_lost
         self.known = grid if draws else grid.copy()  # the map, and what it has seen beside that
         if draws:
             grid.add(mover.motion.odometry.pose, [math.nan] * 8)
-        self.localiser = Localiser(grid, mover.motion.odometry.pose, is_carried=not draws)  # what finds it on the map
-        if not draws:
+        pose = None if is_lost else mover.motion.odometry.pose
+        self.localiser = Localiser(grid, pose, is_carried=not draws)  # what finds it on the map
+        if not draws and not is_lost:
             self.localiser.nearer = STRANGE
         if mover.motion.wheels is not None:
             self.localiser.wheels = mover.motion.wheels
@@ -134,7 +139,7 @@ class Guide:
         pose = self.estimate.pose
         return NoWay(
             f"the robot lost its way near ({pose.x:.2f}, {pose.y:.2f}) m: what it reads is not on the map there",
-            hint="was it put elsewhere? Let elib.Localiser(map) find it, then robot.set_pose()",
+            hint="was it put elsewhere? find_place() of elib.behaviours.find_place finds it again",
         )
 
     async def _follow(self, corners: list[Place], is_there: Callable[[], bool]) -> bool:
@@ -201,7 +206,7 @@ class Guide:
         self.looks += 1
         self.amiss += self.estimate.fit < DOUBTFUL
         self._lost = self._lost + 1 if self.estimate.share < 0.5 else 0
-        if self._lost > MAX_LOST and not self._draws:
+        if self._lost > MAX_LOST and not self._draws and not self._may_be_anywhere:
             raise self._astray()
         if self._draws:
             self.known.add(pose, seen)

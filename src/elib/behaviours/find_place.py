@@ -1,0 +1,76 @@
+"""Find out where a robot is on a map: follow walls until only one place is left."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from elib.base.body import WHEEL_CIRCUMFERENCE
+from elib.base.errors import NoWay
+from elib.base.pose import Pose
+from elib.base.rules import Number
+from elib.behaviours.avoid import STANDING
+from elib.behaviours.wall_following import follow, sees_wall
+from elib.robot.aio import Epuck
+
+if TYPE_CHECKING:
+    from elib.maps.grid import Grid
+
+CRUISE = 0.4
+"""rev/s along walls."""
+SPEED, TURN_RATE = CRUISE * WHEEL_CIRCUMFERENCE, 1.5
+"""m/s and rad/s."""
+LIMIT = Number(1.0, 3600.0)
+"""s."""
+
+
+async def find_place(robot: Epuck, map: Grid, *, limit: float = 120.0) -> Pose:  # noqa: A002  # as go_to has it
+    """Find out where the robot is on a map. It follows walls until only one place is left, and then stands.
+
+    ``robot.pose()`` and ``robot.go_to(x, y, map=map)`` count from that place on. The first time, the robot turns round
+    once, so that each infrared sensor learns what it reads where nothing is near.
+
+    Args:
+        robot: The robot.
+        map: The map. The robot may be anywhere on it.
+        limit: How long it may take, s of the robot's time, from 1 to 3600.
+
+    Returns:
+        The place on the map, with its uncertainty. Where one corner looks like another it may be wrong
+        (docs/guides/maps.md says how often); ``go_to`` notices that on its way, and ends in ``NoWay``.
+
+    Raises:
+        NoWay: The place was not found in that time. ``robot.pose()`` is what it would have been without the search.
+
+    Example:
+        >>> async def main(robot: elib.Epuck) -> None:
+        ...     maze = elib.Grid.of_world("maze")
+        ...     pose = await find_place(robot, maze)
+        ...     print(f"to {pose.uncertainty:.2f} m")
+        ...     await robot.go_to(0.1, 0.1, map=maze)
+    """
+    from elib.maps.grid import check_grid  # here: they need NumPy
+    from elib.robot.ways import Guide
+
+    check_grid(map)
+    LIMIT.require(limit, "limit")
+    knows_open_air = robot.context.open_air is not None
+    async with robot.motion.under_way(robot, "find_place"):
+        guide = await asyncio.to_thread(Guide, robot, map, SPEED, TURN_RATE, is_lost=True)
+        end = robot.time + limit
+        if not knows_open_air:
+            await guide.look_round()
+        wheels, was_at_wall = STANDING, False
+        while not guide.estimate.is_sure:
+            if robot.time > end:
+                raise NoWay(
+                    f"the robot's place on the map was not found in {limit:g} s",
+                    hint="is it on the map? Put it near walls or corners that look like no others, or give it more time",
+                )
+            await guide.look()
+            was_at_wall = was_at_wall or sees_wall(guide.near)
+            wheels = follow(guide.near, wheels, cruise=CRUISE, is_lost=not was_at_wall)
+            await guide.roll(wheels)
+        guide.hand_over()
+        await robot.motion.roll(robot, 0.0, 0.0, SPEED)  # not further: it returns when the wheels stand
+    return robot.motion.odometry.pose

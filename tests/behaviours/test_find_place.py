@@ -1,0 +1,79 @@
+"""Finding out where the robot is on a map."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+
+import elib
+from elib.base.errors import ArgumentError, NoWay
+from elib.behaviours.find_place import find_place
+from elib.link.protocol.profiles import PROFILES
+from elib.testing import simulated, simulation_of, world_of
+
+MAZE = elib.Grid.of_world("maze")
+
+
+def put_anywhere(robot: elib.Epuck, chance: random.Random) -> None:
+    """Put the robot at a place of the maze that has room for it."""
+    free = [(row, column) for row, column in zip(*(MAZE.clearance(0.06) > 0.055).nonzero(), strict=True)]
+    x, y = MAZE.place(*chance.choice(free))
+    world_of(robot).move_robot(0, elib.Pose(x, y, chance.uniform(-math.pi, math.pi)))
+
+
+def truth(robot: elib.Epuck) -> elib.Pose:
+    """Return where the robot is."""
+    simulation_of(robot).catch_up()
+    return world_of(robot).pose(0)
+
+
+def still(robot: elib.Epuck) -> bool:
+    """Return whether the wheels stand."""
+    return world_of(robot).wheel_speeds(0) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("link", "seed"),
+    [
+        ("firmware=asercom-1.2.2", 7),
+        *(pytest.param(f"firmware={each}", 7, marks=pytest.mark.long) for each in sorted({*PROFILES} - {"asercom-1.2.2"})),
+        *(pytest.param("fault=flaky-bluetooth", seed, marks=pytest.mark.long) for seed in (8, 9)),
+    ],
+)
+@simulated
+async def test_it_finds_the_robot_wherever_it_was_put_and_then_it_stands(link: str, seed: int) -> None:
+    chance = random.Random(f"{link} {seed}")
+    async with elib.open(f"sim://maze?quality=typical&seed={seed}&{link}") as robot:
+        for _ in range(2):  # the second time it knows what its sensors read in the open
+            put_anywhere(robot, chance)
+            pose = await find_place(robot, MAZE)
+            real = truth(robot)
+            assert still(robot)
+            assert math.dist((pose.x, pose.y), (real.x, real.y)) < 0.04
+            assert abs(math.remainder(pose.heading - real.heading, math.tau)) < 0.2
+            assert await robot.pose() == pose, "odometry counts from there"
+
+
+@simulated
+async def test_a_place_that_is_not_found_in_time_is_an_error_and_odometry_stays() -> None:
+    async with elib.open("sim://square?quality=typical&seed=3") as robot:
+        before = truth(robot)
+        with pytest.raises(NoWay, match="not found in 5 s") as error:
+            await find_place(robot, elib.Grid.of_world("square"), limit=5)
+        assert "like no others" in error.value.hint
+        assert still(robot)
+        pose, real = await robot.pose(), truth(robot)
+        driven = math.dist((real.x, real.y), (before.x, before.y))
+        assert math.hypot(pose.x, pose.y) == pytest.approx(driven, abs=0.02)
+
+
+@simulated
+async def test_what_is_no_map_and_no_time_is_refused_before_a_wheel_turns() -> None:
+    async with elib.open("sim://maze") as robot:
+        with pytest.raises(ArgumentError, match="limit"):
+            await find_place(robot, MAZE, limit=0)
+        with pytest.raises(ArgumentError, match="Grid"):
+            await find_place(robot, "maze.png")  # type: ignore[arg-type]
+        assert still(robot)
