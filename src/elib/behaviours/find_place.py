@@ -65,7 +65,7 @@ async def find_place(robot: Epuck, map: Grid, *, limit: float = 120.0) -> Pose: 
             if robot.time > end:
                 raise NoWay(
                     f"the robot's place on the map was not found in {limit:g} s",
-                    hint="is it on the map? Put it near walls or corners that look like no others, or give it more time",
+                    hint="is it on the map? Put it where walls look like nowhere else, or give it more time",
                 )
             await guide.look()
             was_at_wall = was_at_wall or sees_wall(guide.near)
