@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from pathlib import Path
 
 import pytest
 
@@ -11,8 +12,24 @@ import elib
 from elib.base.errors import ArgumentError, NoWay
 from elib.behaviours.find_place import find_place
 from elib.link.protocol.profiles import PROFILES
+from elib.simulator.worlds.files import parse_file
 from elib.testing import simulated, simulation_of, world_of
 
+ROOM = """
+[arena]
+size = [0.8, 0.6]
+
+[[wall]]
+from = [0.45, 0.0]
+to = [0.45, 0.38]
+
+[[box]]
+position = [0.08, 0.52]
+size = [0.16, 0.16]
+
+[[robot]]
+position = [0.15, 0.15]
+"""
 OTHERS = sorted({*PROFILES} - {"asercom-1.2.2"})
 MAZE = elib.Grid.of_world("maze")
 
@@ -55,6 +72,17 @@ async def test_it_finds_the_robot_wherever_it_was_put_and_then_it_stands(link: s
             assert math.dist((pose.x, pose.y), (real.x, real.y)) < 0.04
             assert abs(math.remainder(pose.heading - real.heading, math.tau)) < 0.2
             assert await robot.pose() == pose, "odometry counts from there"
+
+
+@simulated
+async def test_it_goes_round_a_box_that_is_not_on_the_map_once_and_leaves_it(tmp_path: Path) -> None:
+    box = "[[box]]\nposition = [0.3, 0.25]\nsize = [0.08, 0.08]\npushable = false\n"
+    (tmp_path / "room.toml").write_text(ROOM + box)
+    async with elib.open(f"sim://{tmp_path}/room.toml?quality=typical&seed=4") as robot:
+        world_of(robot).move_robot(0, elib.Pose(0.3, 0.35, 1.0))
+        pose = await find_place(robot, elib.Grid.of_world(parse_file(ROOM.encode(), "room.toml").scene))
+        real = truth(robot)
+        assert math.dist((pose.x, pose.y), (real.x, real.y)) < 0.04
 
 
 @simulated

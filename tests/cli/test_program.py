@@ -27,6 +27,7 @@ def meaning(line: str) -> tuple[object, object]:
         ("send set-speed 1 -1", "send set_speed 1 -1"),
         ("send set-speed 1 1 --json", "send set_speed 1 1 --json"),
         ("run Go_X_cm --robot U", "run go-x-cm --robot U"),
+        ("run avoid --robot U -- --cruise 0.3", "run avoid --robot U --cruise 0.3"),
         ("decode --as raw -", "decode - --as raw"),
         ("simulate --pty /tmp/p arena", "simulate --pty=/tmp/p arena"),
         ("simulate --pty arena", "simulate --pty= arena"),

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import elib
 from elib.base.body import SENSOR_RADIUS
@@ -127,6 +128,11 @@ def test_files_that_are_no_map_are_named_with_what_to_write(tmp_path: Path) -> N
     beside.write_text("cell = 0.01\norigin = [0.0, 0.0]\n")
     with pytest.raises(ArgumentError, match="is not a picture"):
         elib.Grid.open(picture)
+    Image.new("RGB", (8, 8), (200, 30, 30)).save(picture)
+    with pytest.raises(ArgumentError, match="has colours"):
+        elib.Grid.open(picture)
+    with pytest.raises(ArgumentError, match=r"room.jpg does not end in .png"):
+        elib.Grid().save(tmp_path / "room.jpg")
     with pytest.raises(ArgumentError, match="cell"):
         elib.Grid(1.0)
 

@@ -17,7 +17,7 @@ from elib.link.protocol.distances import distances
 from elib.link.protocol.tags import Tag
 from elib.link.protocol.values import Proximity, Wheels
 from elib.maps.localiser import FARTHEST, GROUND, LENS, MIN_GUESSES
-from elib.simulator.physics import Colour, Patch, Scene, World
+from elib.simulator.physics import Box, Colour, Patch, Scene, World
 
 NOTHING = [math.inf] * 8
 
@@ -162,6 +162,13 @@ def test_the_first_place_that_is_believed_is_the_right_one(grid: elib.Grid, seed
     assert not drive.localiser.is_lost
     assert drive.error[0] < drive.localiser.estimate.pose.uncertainty < 0.03
     assert drive.error[1] < math.radians(10)
+
+
+@pytest.mark.parametrize("place", [(5.0, 5.0), (-0.2, 0.1), (0.3, 0.5)])
+def test_a_place_off_the_map_or_in_a_wall_is_refused(place: tuple[float, float]) -> None:
+    grid = elib.Grid.of_world(Scene(1.0, 1.0, boxes=(Box(0.3, 0.5, 0.2, 0.2),)))
+    with pytest.raises(ArgumentError, match="is not on the map, or something stands there"):
+        elib.Localiser(grid, Pose(*place))
 
 
 def test_where_nothing_is_near_no_guess_is_drawn(grid: elib.Grid) -> None:

@@ -81,7 +81,7 @@ def test_what_blocks_every_way_is_an_error_and_the_robot_stands(tmp_path: Path) 
     boxes = "".join(f"[[box]]\nposition = [0.3, {y}]\nsize = [0.05, 0.2]\n\n" for y in (0.1, 0.5))
     with elib.connect(world_with(tmp_path, boxes)) as robot:
         world = placed(robot)
-        with pytest.raises(NoWay, match="blocked by what is not on the map"):
+        with pytest.raises(NoWay, match="what is not on the map blocks the way"):
             robot.go_to(*GOAL, map=grid)
         robot.sleep(0.1)
         before = world.pose(0)

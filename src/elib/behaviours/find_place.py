@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from typing import TYPE_CHECKING
 
 from elib.base.body import WHEEL_CIRCUMFERENCE
 from elib.base.errors import NoWay
-from elib.base.pose import Pose
+from elib.base.pose import Pose, apart
 from elib.base.rules import Number
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.wall_following import follow, sees_wall
@@ -20,6 +21,8 @@ CRUISE = 0.4
 """rev/s along walls."""
 SPEED, TURN_RATE = CRUISE * WHEEL_CIRCUMFERENCE, 1.5
 """m/s and rad/s."""
+AROUND, OFF = math.tau + 0.5, 0.2
+"""rad to the right after which the robot was round something, and m that it then drives on without following it."""
 LIMIT = Number(1.0, 3600.0)
 """s."""
 
@@ -60,7 +63,8 @@ async def find_place(robot: Epuck, map: Grid, *, limit: float = 120.0) -> Pose: 
         end = robot.time + limit
         if not knows_open_air:
             await guide.look_round()
-        wheels, was_at_wall = STANDING, False
+        wheels, was_at_wall, turned = STANDING, False, 0.0
+        before, left_at = robot.motion.odometry.pose, None
         while not guide.estimate.is_sure:
             if robot.time > end:
                 raise NoWay(
@@ -68,8 +72,16 @@ async def find_place(robot: Epuck, map: Grid, *, limit: float = 120.0) -> Pose: 
                     hint="is it on the map? Put it where walls look like nowhere else, or give it more time",
                 )
             await guide.look()
-            was_at_wall = was_at_wall or sees_wall(guide.near)
-            wheels = follow(guide.near, wheels, cruise=CRUISE, is_lost=not was_at_wall)
+            near, here = guide.near, robot.motion.odometry.pose
+            turned += math.remainder(here.heading - before.heading, math.tau)
+            before = here
+            if was_at_wall and turned < -AROUND:  # round one thing, which tells nothing more, or is not on the map
+                was_at_wall, left_at = False, here
+            if left_at is not None and apart(here, left_at) < OFF:
+                near = near._replace(diagonal_right=0, right=0)  # it drives past what is there
+            if not was_at_wall:
+                turned, was_at_wall = 0.0, sees_wall(near)
+            wheels = follow(near, wheels, cruise=CRUISE, is_lost=not was_at_wall)
             await guide.roll(wheels)
         guide.hand_over()
         await robot.motion.roll(robot, 0.0, 0.0, SPEED)  # not further: it returns when the wheels stand

@@ -70,7 +70,8 @@ PAGE_OPTIONS = ("--help", "-h", "--version")
 
 def is_program(name: str) -> bool:
     """Return whether the word after ``elib run`` names a file or the folder of a package, and not a behaviour."""
-    return name.endswith((".py", ".toml")) or "/" in name or os.sep in name or is_package(name)
+    is_path = "://" not in name and ("/" in name or os.sep in name)
+    return name.endswith((".py", ".toml")) or is_path or is_package(name)
 
 
 def is_package(name: str) -> bool:
@@ -166,7 +167,8 @@ def _normal(words: list[str]) -> list[str]:
         case ["run"]:
             return ["run", "--help"]
         case ["run", name, *rest] if not (name.startswith("-") or is_program(name)):
-            return ["run", name.lower().replace("_", "-"), *rest]
+            # -- divides elib's options from a program's: a behaviour has its own among those of elib.
+            return ["run", name.lower().replace("_", "-"), *(word for word in rest if word != "--")]
         case ["simulate" | "evolve", *_]:
             from elib.cli.simulate import with_optional_link
 

@@ -38,6 +38,8 @@ KNOWN: Final = 0.5
 """Logarithm of the odds from which a square counts as occupied, and below minus which as free."""
 SIGHT: Final = 0.06 + SENSOR_RADIUS
 """m from the middle of the robot that a reading reaches."""
+COLOURED: Final = 64
+"""Difference of red, green and blue from which a pixel is coloured: more than a JPEG makes of grey. Chosen."""
 LINES: Final = 'the file beside the picture has two lines, such as "cell = 0.01" and "origin = [0.0, 0.0]", in m'
 BLOCK: Final = 50
 """Squares by which a map grows."""
@@ -280,10 +282,12 @@ class Grid:
             path: The picture, such as ``room.png``; the other file is then ``room.toml``.
 
         Raises:
-            ArgumentError: A file cannot be written.
+            ArgumentError: A file cannot be written, or the picture's name does not end in ``.png``.
         """
         from PIL import Image  # only pictures need Pillow
 
+        if Path(path).suffix.lower() != ".png":
+            raise ArgumentError(f"a map is saved as a PNG file: {path} does not end in .png")
         odds = self.odds[::-1].astype(float)
         grey = np.rint(255 / (1 + np.exp(odds))).astype(np.uint8)
         write_file(path, as_png(Image.fromarray(grey)))
@@ -310,19 +314,20 @@ class Grid:
         text = read_file(beside, "the map's file", largest=10_000, hint=LINES)
         try:
             told = tomllib.loads(text.decode())
-            (x, y), grid = map(float, told["origin"]), cls(told["cell"])
-        except (ValueError, KeyError, TypeError) as error:
-            raise ArgumentError(
-                f"{beside} does not say where the map is: {error}",
-                hint=LINES,
-            ) from None
+            (x, y), cell = map(float, told["origin"]), float(told["cell"])
+        except (ValueError, KeyError, TypeError):
+            raise ArgumentError(f"{beside} does not say how large a square is, and where", hint=LINES) from None
+        grid = cls(cell)
         try:
             with Image.open(io.BytesIO(content)) as picture:
                 if picture.width * picture.height > MAX_CELLS:
                     raise ArgumentError(f"{path} has {picture.width} x {picture.height} squares: too many")
+                if np.ptp(np.asarray(picture.convert("RGB"), int), axis=2).max() > COLOURED:
+                    raise ArgumentError(f"{path} has colours", hint="white is free, black occupied, grey unknown")
                 grey = np.asarray(picture.convert("L"), float)[::-1]
-        except (OSError, SyntaxError) as error:
-            raise ArgumentError(f"{path} is not a picture: {error}", hint="a map is a PNG file") from None
+        except (OSError, SyntaxError):
+            hint = "a map is a picture, such as room.png, with room.toml beside it"
+            raise ArgumentError(f"{path} is not a picture", hint=hint) from None
         share = np.clip(grey / 255, 0.001, 0.999)
         grid.odds = np.clip(np.log((1 - share) / share), -MAX_ODDS, MAX_ODDS).astype(np.float32)
         grid.odds[np.abs(grid.odds) < 0.01] = 0  # grey 127 and 128

@@ -117,7 +117,7 @@ class Localiser:
 
     Args:
         map: The map. What is added to it later is seen by :meth:`renew`.
-        pose: Where the robot is, with its uncertainty; None if that is not known.
+        pose: Where the robot is on the map, with its uncertainty; None if that is not known.
         seed: Seed of its random numbers.
         is_carried: Whether it may be put elsewhere. False keeps the guesses together while the map itself is drawn.
 
@@ -153,8 +153,19 @@ class Localiser:
             self._forget()
         else:
             self._guesses = self._around(pose, MIN_GUESSES)
+            if is_carried and self._is_nowhere():
+                raise ArgumentError(
+                    f"the robot's place ({pose.x:.2f}, {pose.y:.2f}) m is not on the map, or something stands there",
+                    hint="poses are in the coordinates of the map; without one the robot is looked for",
+                )
             self._weights = np.full(MIN_GUESSES, 1 / MIN_GUESSES)
         self.estimate = self._judge()
+
+    def _is_nowhere(self) -> bool:
+        """Return whether all guesses are off the map, or where something stands."""
+        at = np.rint((self._guesses[:, 1::-1] - (self._y, self._x)) / self.map.cell).astype(int)
+        is_on = ((at >= 0) & (at < self.map.odds.shape)).all(1)
+        return bool(self.map.occupied[tuple(at[is_on].T)].all())
 
     @property
     def is_lost(self) -> bool:

@@ -13,7 +13,8 @@ from collections.abc import Callable
 from typing import Final
 
 from elib.base.body import AXLE, SENSOR_DIRECTIONS, SENSOR_RADIUS, STEPS_PER_REVOLUTION
-from elib.base.errors import NoWay
+from elib.base.errors import ArgumentError, NoWay
+from elib.base.plaintext import counted
 from elib.base.pose import apart
 from elib.link.protocol.commands import Commands
 from elib.link.protocol.distances import OpenAir, distances
@@ -80,7 +81,11 @@ class Guide:
         if draws:
             grid.add(mover.motion.odometry.pose, [math.nan] * 8)
         pose = None if is_lost else mover.motion.odometry.pose
-        self.localiser = Localiser(grid, pose, is_carried=not draws)  # what finds it on the map
+        try:
+            self.localiser = Localiser(grid, pose, is_carried=not draws)  # what finds it on the map
+        except ArgumentError as error:
+            hint = "robot.set_pose(x, y, heading) says where it is; find_place() of elib.behaviours.find_place finds it"
+            raise NoWay(error.message, hint=hint) from None
         if not draws and not is_lost:
             self.localiser.nearer = STRANGE
         if mover.motion.wheels is not None:
@@ -129,8 +134,9 @@ class Guide:
                     raise self._astray()
                 return
             blocked += 1
+        tried = f"{counted(blocked, 'way')} tried"
         raise NoWay(
-            f"the way to ({goal[0]:.2f}, {goal[1]:.2f}) m is blocked by what is not on the map, {blocked} times so far",
+            f"what is not on the map blocks the way to ({goal[0]:.2f}, {goal[1]:.2f}) m: {tried}",
             hint="does something move there? Is the robot where the map has it? Try again later, or draw the map again",
         )
 
