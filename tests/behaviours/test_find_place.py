@@ -17,11 +17,11 @@ from elib.testing import simulated, simulation_of, world_of
 
 ROOM = """
 [arena]
-size = [0.8, 0.6]
+size = [1.4, 1.2]
 
 [[wall]]
 from = [0.45, 0.0]
-to = [0.45, 0.38]
+to = [0.45, 0.3]
 
 [[box]]
 position = [0.08, 0.52]
@@ -76,10 +76,10 @@ async def test_it_finds_the_robot_wherever_it_was_put_and_then_it_stands(link: s
 
 @simulated
 async def test_it_goes_round_a_box_that_is_not_on_the_map_once_and_leaves_it(tmp_path: Path) -> None:
-    box = "[[box]]\nposition = [0.3, 0.25]\nsize = [0.08, 0.08]\npushable = false\n"
+    box = "[[box]]\nposition = [0.8, 0.7]\nsize = [0.1, 0.1]\npushable = false\n"
     (tmp_path / "room.toml").write_text(ROOM + box)
     async with elib.open(f"sim://{tmp_path}/room.toml?quality=typical&seed=4") as robot:
-        world_of(robot).move_robot(0, elib.Pose(0.3, 0.35, 1.0))
+        world_of(robot).move_robot(0, elib.Pose(0.8, 0.81, 0.0))
         pose = await find_place(robot, elib.Grid.of_world(parse_file(ROOM.encode(), "room.toml").scene))
         real = truth(robot)
         assert math.dist((pose.x, pose.y), (real.x, real.y)) < 0.04

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from elib.base.body import WHEEL_CIRCUMFERENCE
@@ -78,7 +79,7 @@ async def find_place(robot: Epuck, map: Grid, *, limit: float = 120.0) -> Pose: 
             if was_at_wall and turned < -AROUND:  # round one thing, which tells nothing more, or is not on the map
                 was_at_wall, left_at = False, here
             if left_at is not None and apart(here, left_at) < OFF:
-                near = near._replace(diagonal_right=0, right=0)  # it drives past what is there
+                near = replace(near, diagonal_right=0, right=0)  # it drives past what is there
             if not was_at_wall:
                 turned, was_at_wall = 0.0, sees_wall(near)
             wheels = follow(near, wheels, cruise=CRUISE, is_lost=not was_at_wall)
