@@ -74,6 +74,7 @@ async def test_it_finds_the_robot_wherever_it_was_put_and_then_it_stands(link: s
             assert await robot.pose() == pose, "odometry counts from there"
 
 
+@pytest.mark.long
 @simulated
 async def test_it_goes_round_a_box_that_is_not_on_the_map_once_and_leaves_it(tmp_path: Path) -> None:
     box = "[[box]]\nposition = [0.8, 0.7]\nsize = [0.1, 0.1]\npushable = false\n"
