@@ -133,6 +133,10 @@ class Tab:
 
         return await until(now)
 
+    async def drawn(self) -> None:
+        """Wait until what has changed is drawn."""
+        await self.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")
+
     async def reload(self) -> None:
         """Load the page anew, and return when the old one is gone."""
         with contextlib.suppress(PageLeft):

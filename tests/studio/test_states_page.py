@@ -72,7 +72,7 @@ class Hand:
     async def settled(self) -> None:
         """Wait until the picture shows the text as it is, and is drawn."""
         await self.tab.until("document.querySelector('.states')?.ariaBusy === 'false'")
-        await self.tab.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")
+        await self.tab.drawn()
 
     async def button(self, text: str) -> None:
         await self.press(
