@@ -23,7 +23,7 @@ from elib.cli.simulate import with_optional_link
 from elib.panel.server.classroom import LETTERS, Student, sheet
 from elib.simulator.emulator.loopback import reachable
 from elib.simulator.emulator.server import Served
-from shared import needs_page, wait_until
+from shared import held_port, needs_page, wait_until
 
 pytestmark = needs_page
 
@@ -190,12 +190,10 @@ def test_what_cannot_be_is_refused_with_the_reason(
 
 
 def test_a_robot_cannot_have_the_port_of_a_page(refused: Told) -> None:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = str(free.getsockname()[1])
-    assert f"port {port} of 127.0.0.1 is taken" in refused(
-        "simulate", "--class", "2", "--tcp", port, "--view", port, code=1
-    )
+    with held_port() as number:
+        port = str(number)
+        said = refused("simulate", "--class", "2", "--tcp", port, "--view", port, code=1)
+    assert f"port {port} of 127.0.0.1 is taken" in said
 
 
 @pytest.mark.parametrize(

@@ -140,7 +140,7 @@ class Tab:
     async def reload(self) -> None:
         """Load the page anew, and return when the old one is gone."""
         with contextlib.suppress(PageLeft):
-            await self.run("void (window.isOld = true, location.reload())")
+            await self.run("void (window.isOld = true, location.reload())")  # clock: the place for it
         await self.until("!window.isOld")
 
     async def go(self, url: str) -> None:

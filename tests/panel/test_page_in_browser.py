@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import socket
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from panel_rig import TICK, Driver, far, needs_browser, panel, program
 import elib
 from elib.records.reader import read_recording
 from elib.testing import simulated
-from shared import needs_page, until
+from shared import held_port, needs_page, until
 
 pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module"), needs_page]
 
@@ -105,13 +104,13 @@ async def test_a_robot_is_connected_disconnected_remembered_and_removed(driver, 
     await driver.tab.until(f"{used}.includes({robot.url!r})")
     await driver.click(f"[aria-label='forget {robot.url}']")
     await driver.tab.until(f"!{used}.includes({robot.url!r})")
-    assert robot.url not in remembered(folder)
+    await robot.until(lambda: robot.url not in remembered(folder))
 
 
 async def test_a_robot_that_is_not_there_is_looked_at_by_the_doctor(visitor, folder):
     await visitor.enter("tcp://127.0.0.1:9")
     await visitor.tab.until("!!document.querySelector('.doctor li.failed')")
-    assert await visitor.tab.run("document.querySelector('.trouble .fix').textContent.length > 10"), "what to try"
+    await visitor.tab.until("document.querySelector('.trouble .fix')?.textContent.length > 10")  # what to try
     assert "tcp://127.0.0.1:9" not in remembered(folder), "it was never connected"
     shown = "[!!document.getElementById('stop'), document.querySelectorAll('[role=tab][aria-selected=true]').length]"
     assert await visitor.tab.run(shown) == [False, 1], "nothing can be stopped, and an instrument is open"
@@ -158,17 +157,16 @@ async def test_two_pages_at_once_show_who_drives_and_hand_over(address, open_pag
 
 
 async def test_a_page_says_that_the_program_has_ended_and_connects_again_when_it_is_back(open_page, tmp_path):
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
     silent = "document.documentElement.dataset.silent"
-    async with panel(tmp_path, port=port) as address:
-        tab = await open_page(address)
-        await tab.until(START)
-        assert await tab.run(silent) != "yes"
-    await tab.until(f"{silent} === 'yes'")
-    assert "The program does not answer." in str(await tab.run("document.querySelector('[role=alert]').textContent"))
-    async with panel(tmp_path, "sim://arena", port=port):
-        await tab.until(f"{silent} === 'no' && {TICK}?.phase === 'connected'")
+    with held_port() as port:
+        async with panel(tmp_path, port=port) as address:
+            tab = await open_page(address)
+            await tab.until(START)
+            assert await tab.run(silent) != "yes"
+        await tab.until(f"{silent} === 'yes'")
+        await tab.until("document.querySelector('[role=alert]')?.textContent.includes('The program does not answer.')")
+        async with panel(tmp_path, "sim://arena", port=port):
+            await tab.until(f"{silent} === 'no' && {TICK}?.phase === 'connected'")
     await tab.close()
 
 
@@ -234,7 +232,7 @@ async def test_every_control_has_a_name_and_nothing_is_wider_than_the_screen(dri
         for tab in ("Sensors", "Charts", "Behaviours", "Console", "Events", "Link", "Files"):
             await driver.press(tab)
             assert await driver.tab.run(unnamed) == [], tab
-            assert await driver.tab.run("document.documentElement.scrollWidth") <= width, (tab, width)
+            await driver.tab.until(f"document.documentElement.scrollWidth <= {width}")
             assert await driver.tab.run(wide) == [], (tab, width)
             if tab == "Sensors":
                 assert await driver.tab.run(unseen) == [], width
@@ -275,6 +273,7 @@ async def test_a_chart_stands_while_it_is_paused_shows_a_longer_time_and_is_save
     async def half_a_second() -> None:
         ticks = await driver.tab.run(f"{TICK}.time")
         await driver.tab.until(f"{paused} && {TICK}.time > {ticks} + 0.5")
+        await driver.tab.drawn()
 
     await half_a_second()  # what is shown from now on is drawn
     before = await driver.tab.run(drawn)
@@ -454,7 +453,7 @@ async def test_a_behaviour_drives_until_it_is_ended_and_space_never_sets_a_robot
     await robot.until_it_moves(0.03)
     await driver.press("Show code")
     code = "document.querySelector('.code')?.shadowRoot?.querySelector('.cm-content')"
-    await driver.tab.until(f"!!{code}?.textContent.includes('import Epuck')")
+    await driver.tab.until(f"{code}?.textContent.includes('import Epuck') && !!{code}.querySelector('span')")
     seen = f"[{code}, {code}.querySelector('span')].map(each => getComputedStyle(each).color)"
     text, word = await driver.tab.run(seen)  # type: ignore[misc]
     assert text != word, "the policy of the page lets it have its colours"
@@ -468,7 +467,9 @@ async def test_a_behaviour_drives_until_it_is_ended_and_space_never_sets_a_robot
     stood = robot.pose
     await driver.key(" ", "Space")  # once it was a click on the button that has the focus
     await driver.tab.until(f"{CHIP}.endsWith('stopped')")
-    await driver.tab.run("[...document.querySelectorAll('button')].find(b => b.textContent.trim() === 'Start').focus()")
+    start = "[...document.querySelectorAll('button')].find(each => each.textContent.trim() === 'Start')"
+    await driver.tab.until(f"!!{start}")
+    await driver.tab.run(f"{start}.focus()")
     await driver.key(" ", "Space")
     await driver.press("Console")
     await type_into(driver, ".console input", "set_speed 1 1")
