@@ -112,7 +112,7 @@ def test_twenty_students_drive_and_a_program_that_is_killed_leaves_its_robots_st
             elib.connect(urls[0])
         for other in (clients[0], *clients[2:]):
             other.end(signal.SIGINT)
-        assert all(map(is_standing, urls[:3]))
+        wait_until(lambda: all(map(is_standing, urls[:3])))
         assert server.end() == 0
 
 

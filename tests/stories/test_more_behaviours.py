@@ -9,7 +9,7 @@ import math
 import random
 from collections.abc import Sequence
 from contextlib import suppress
-from itertools import combinations, pairwise
+from itertools import combinations, cycle, pairwise
 from pathlib import Path
 from statistics import mean, median
 
@@ -168,7 +168,7 @@ REAL = [
     [
         pytest.param(*real, seed, marks=() if k == number == 0 else pytest.mark.long)
         for number, real in enumerate(REAL)
-        for k, seed in enumerate(drawn(20, "".join(real[:2])))
+        for k, seed in enumerate(drawn(4, "".join(real[:2])))
     ],
 )
 def test_whatever_its_sensors_read_over_black_a_robot_learns_it_and_stays_on_the_line(
@@ -225,7 +225,7 @@ def drawn_robots(tmp_path: Path, ball: str) -> str:
 
 
 @pytest.mark.parametrize("firmware", ["btcom-2.0", "epuck2"])
-@pytest.mark.parametrize("seed", [100, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(101, 120))])
+@pytest.mark.parametrize("seed", [100, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(101, 105))])
 def test_a_drawn_robot_finds_a_red_ball_with_its_own_colours(seed: int, firmware: str, tmp_path: Path) -> None:
     room = drawn_robots(tmp_path, "#d02020") + firmware
     seen = run("follow-ball", room, seed, seconds=40, at={0: ball_anywhere}, look=from_ball, options={"colour": "red"})
@@ -304,7 +304,7 @@ def test_typical_robots_face_the_beeper_to_25_degrees_or_say_that_they_cannot_te
     firmware: str,
 ) -> None:
     errors = []
-    for seed in drawn(20, "typical beeper"):
+    for seed in drawn(10, "typical beeper"):
         seen = run("locate-clap", f"beeper?firmware={firmware}", seed, seconds=12, at={0: anywhere})
         # The last state alone is not asked: where the error is about that limit, it may be unclear once more.
         if "facing" in seen.states:
@@ -313,7 +313,7 @@ def test_typical_robots_face_the_beeper_to_25_degrees_or_say_that_they_cannot_te
         else:
             assert seen.states[-1] == "unclear"
     assert math.hypot(*errors) / math.sqrt(len(errors)) < 25
-    assert len(errors) >= 10
+    assert len(errors) >= 5
 
 
 # -- swarms --
@@ -399,8 +399,9 @@ at = 40
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("faults", ["loss", "late", "broken"])
-@pytest.mark.parametrize("name", HOME)
+@pytest.mark.parametrize(  # the faults take turns; each with each stands in the campaign
+    ("name", "faults"), list(zip(HOME, cycle(["loss", "late", "broken"]), strict=False))
+)
 def test_behaviours_survive_a_minute_of_link_faults_and_the_robots_stand_at_the_end(
     name: str, faults: str, tmp_path: Path
 ) -> None:

@@ -239,9 +239,10 @@ RESET = f'description = "it restarts"\n[[fault]]\nkind = "reset"\nat = {FAULT}\n
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", WORLDS)
-@pytest.mark.parametrize(
-    "faults", ["loss=0.05&latency=0.03", "latency=0.2", CUT, RESET], ids=["loss", "late", "cut", "reset"]
+@pytest.mark.parametrize(  # each with each stands in the campaign
+    ("name", "faults"),
+    [("bull", "loss=0.05&latency=0.03"), ("billiard", "latency=0.2"), ("go-to-light", CUT), ("billiard", RESET)],
+    ids=["loss", "late", "cut", "reset"],
 )
 def test_a_behaviour_survives_link_faults_and_the_robot_stands_at_the_end(
     run: Runner, tmp_path: Path, name: str, faults: str

@@ -60,11 +60,7 @@ class Hand:
         await self.settled()
         await self.tab.until(f"!!({element}) && !({element}).disabled")
         if self.is_mouse:
-            await self.tab.run(f"({element}).scrollIntoView({{block: 'nearest'}})")
-            place = "(({ x, y, width, height }) => [x + width / 2, y + height / 2])"
-            x, y = await self.tab.run(f"{place}(({element}).getBoundingClientRect())")
-            for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
-                await self.tab.mouse(kind, x, y)
+            await self.tab.click(element)
         else:
             await self.tab.run(f"({element}).focus()")  # as Tab does, as often as it takes
             await self.tab.key("Enter", "Enter")

@@ -100,11 +100,7 @@ class Page:
 
     async def click(self, element: str) -> None:
         """Click an element, which is there when a JavaScript expression gives it."""
-        await self.tab.until(f"!!({element})")
-        place = "(({ x, y, width, height }) => [x + width / 2, y + height / 2])"
-        x, y = await self.tab.run(f"{place}({element}.getBoundingClientRect())")
-        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
-            await self.tab.mouse(kind, x, y)
+        await self.tab.click(element)
 
     async def take(self, text: str) -> None:
         """Take what the completion proposes, by Enter.
