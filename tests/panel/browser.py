@@ -168,15 +168,15 @@ class Tab:
     async def click(self, element: str) -> None:
         """Click the middle of an element, a JavaScript expression; again if it was moved before the mouse was there."""
         listen = (
-            "void (window.heard = [], window.listening?.abort(), window.listening = new AbortController(),"
+            "void (window.clicked?.abort(), window.clicked = new AbortController(), clicked.kinds = [],"
             " ['pointerdown', 'click'].forEach((kind) => document.addEventListener(kind, (event) =>"
-            f" event.composedPath().includes({element}) && heard.push(kind),"
-            " { capture: true, signal: listening.signal })))"
+            f" event.composedPath().includes({element}) && clicked.kinds.push(kind),"
+            " { capture: true, signal: clicked.signal })))"
         )
         # What acts when the mouse is pressed, such as a line of the editor, may be another element when it is released.
         is_hit = (
-            "heard.includes('click') ||"
-            f" (heard.includes('pointerdown') && !({element})?.matches('a, button, input, [role=tab]'))"
+            "clicked.kinds.includes('click') ||"
+            f" (clicked.kinds.includes('pointerdown') && !({element})?.matches('a, button, input, [role=tab]'))"
         )
 
         async def hit() -> object:

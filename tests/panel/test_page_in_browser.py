@@ -664,7 +664,8 @@ async def test_an_overview_of_twenty_robots_starts_blinks_opens_and_stops_them(v
     assert await visitor.tab.run(there), "another robot is in reach"
     # It blinks for two seconds: what was lit is noted by the page, because a look from outside may come too late.
     lit = "[...Array(20).keys()].filter(k => frame.ring.subarray(24 * k, 24 * k + 24).some(Boolean))"
-    await visitor.tab.run(f"window.lit = new Set(), elib.worldOf().frame.subscribe(frame => lit.add({lit}.join())), 0")
+    note = f"elib.worldOf().frame.subscribe(frame => frame && lit.add({lit}.join()))"
+    await visitor.tab.run(f"window.lit = new Set(), {note}, 0")
     await visitor.click("[aria-label='let epuck-3 blink']")
     await visitor.tab.until("lit.has('2')")
     await visitor.tab.until("!document.querySelector('.cards [aria-busy]')")
