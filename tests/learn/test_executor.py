@@ -10,7 +10,6 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import threading
 import warnings
 from collections.abc import Iterator
@@ -190,7 +189,7 @@ def test_a_job_that_kills_its_workers_ends_the_run_at_last(monkeypatch: pytest.M
 
 
 @pytest.mark.long
-def test_workers_end_with_their_parent() -> None:
+def test_workers_end_with_their_parent(tmp_path: Path) -> None:
     psutil = pytest.importorskip("psutil")
     program = (
         "import threading\n"
@@ -200,7 +199,7 @@ def test_workers_end_with_their_parent() -> None:
         "        print('open', flush=True)\n"
         "        threading.Event().wait()\n"
     )
-    path = Path(tempfile.mkdtemp()) / "holds_workers.py"
+    path = tmp_path / "holds_workers.py"
     path.write_text(program)
     with subprocess.Popen([sys.executable, str(path)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as parent:
         assert parent.stdout is not None

@@ -40,9 +40,10 @@ PROGRAMS = [
     for path in [
         load_lab(name).folder / "start.py",
         load_lab(name).folder / "teacher/solution.py",
-        *sorted(load_lab(name).folder.glob("teacher/mistakes/*.py")),
+        random.Random(name).choice(sorted(load_lab(name).folder.glob("teacher/mistakes/*.py"))),
     ]
 ]
+"""What a lab begins with, its solution, and one of its mistakes, which is drawn."""
 Run = Callable[[str, Callable[[Path], object], Callable[[], bool]], str]
 
 
