@@ -43,7 +43,7 @@ async def show(tab: Tab, text: str) -> None:
     await tab.run(f"elib.borrow('test.py', {json.dumps(text)}, 'a test')")
 
 
-async def test_a_program_of_a_link_waits_for_run_drives_and_reaches_no_other_server_and_nothing_of_the_browser(
+async def test_a_program_of_a_link_waits_for_run_reaches_nothing_else_and_runs_without_a_network_at_the_next_visit(
     open_page: Opener, server: Server, studio: Path
 ) -> None:
     tab = await open_page(f"{server.url}studio/{program_link('drive.py', DRIVE)}")
@@ -61,16 +61,10 @@ async def test_a_program_of_a_link_waits_for_run_drives_and_reaches_no_other_ser
     assert said[0].startswith("EvalError")
     assert said[-2:] == ["[]", "[]"]
     elsewhere.close()
-
-
-async def test_it_opens_and_runs_without_a_network_after_the_first_visit(open_page: Opener, server: Server) -> None:
-    url = f"{server.url}studio/"
-    tab = await open_page(url)
-    await tab.until(READY)
     await tab.until("navigator.serviceWorker.ready.then(({ active }) => active.state === 'activated')")
     await tab.close()
     server.close()
-    again = await open_page(url)
+    again = await open_page(f"{server.url}studio/")
     await again.until(READY)
     await show(again, DRIVE)
     assert await ran(again) == "0.05 m\n"
