@@ -80,7 +80,7 @@ def run(source: str, folder: Path, *options: str, said: str = "") -> subprocess.
     program = folder / "program.py"
     program.write_text(source)
     command = [sys.executable, *options, str(program)]
-    return subprocess.run(command, cwd=folder, input=said, capture_output=True, text=True, timeout=2 * PATIENCE)
+    return subprocess.run(command, cwd=folder, input=said, capture_output=True, text=True, timeout=10 * PATIENCE)
 
 
 def test_there_are_programs_of_both_kinds() -> None:
