@@ -1,10 +1,12 @@
-"""Refuse tests that race the wall clock: short sleeps, short bounds, clocks, fixed ports and fixed processes.
+"""Refuse tests that race: short sleeps and bounds, clocks, ports that others may have, and pages that are left.
 
 ``make check`` runs it. A line that only looks like a race, or a function, or a file, says why in a comment::
 
     await asyncio.sleep(1)  # clock: simulated
     async def main() -> None:  # clock: simulated
     # clock: simulated
+
+A question to a page that is just left has no answer: ``reload``, ``go`` and ``until`` of a tab wait for the next page.
 
 A function whose decorator is ``simulated``, or ``inside`` of ``tests/shared.py``, needs none: there, waiting takes no
 wall time and is exact.
@@ -32,6 +34,8 @@ KEYWORD = {"run", "check_output", "urlopen", "open", "wait_procs", "wait_for", "
 """Functions and methods that take their bound as ``timeout=``."""
 OURS = ("elib.", "robot.", "ada.", "bob.")
 """What waits here belongs to the library: its own timeouts are what is tested."""
+LEAVING = re.compile(r"location\.(reload|assign|replace)\(|location(\.href)? = ")
+"""What lets a page go to another one, in JavaScript."""
 EXCUSE = re.compile(r"# clock: \w")
 
 
@@ -50,6 +54,7 @@ class Reader(ast.NodeVisitor):
         decorators = (_name(each.func if isinstance(each, ast.Call) else each) for each in node.decorator_list)
         is_simulated = any(name.endswith(("simulated", "inside")) for name in decorators)
         if not is_simulated and not self._is_excused(node.lineno, node.body[0].lineno):
+            self.found += _ports_let_go(node)
             self.generic_visit(node)
 
     visit_AsyncFunctionDef = visit_FunctionDef  # noqa: N815  # the name that ast wants
@@ -59,6 +64,11 @@ class Reader(ast.NodeVisitor):
             for sentence in self._judge(node):
                 self.found.append((node.lineno, sentence))
         self.generic_visit(node)
+
+    def visit_Constant(self, node: ast.Constant) -> None:
+        if isinstance(node.value, str) and LEAVING.search(node.value) and not self._is_excused(node.lineno, 0):
+            sentence = "the next question may go to the old page; use reload() or go() of the tab"
+            self.found.append((node.lineno, sentence))
 
     def _judge(self, node: ast.Call) -> Iterator[str]:
         name = _name(node.func)
@@ -70,6 +80,8 @@ class Reader(ast.NodeVisitor):
             yield f"{name}() reads the wall clock"
         elif name in ("os.kill", "os.killpg") and self._is_at_most(node.args[0], 2**22):
             yield f"{name}() names a fixed process"
+        elif name == "until" and isinstance(node.args[0], ast.Lambda) and ".run(" in ast.unparse(node.args[0]):
+            yield "until() asks a page that may be left; use until() of the tab"
         elif last == "bind" and node.args and self._has_fixed_port(node.args[0]):
             yield "bind() takes a fixed port; take port 0"
         elif not name.startswith(OURS):
@@ -88,6 +100,19 @@ class Reader(ast.NodeVisitor):
 
     def _is_excused(self, first: int, end: int) -> bool:
         return any(EXCUSE.search(line) for line in self._lines[first - 1 : max(end - 1, first)])
+
+
+def _ports_let_go(function: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield where a port is noted that is used after the block which holds it."""
+    read = [each for each in ast.walk(function) if isinstance(each, ast.Name)]
+    for block in ast.walk(function):
+        if isinstance(block, ast.With) and "socket." in ast.unparse(block.items[0]):
+            for each in ast.walk(block):
+                noted = ast.unparse(each) if isinstance(each, ast.Assign | ast.Return) else ""
+                names = {target.id for target in getattr(each, "targets", ()) if isinstance(target, ast.Name)}
+                later = {name.id for name in read if name.lineno > (block.end_lineno or 0)}
+                if "getsockname()" in noted and (isinstance(each, ast.Return) or names & later):
+                    yield each.lineno, "a port that is let go may be anybody's; use held_port()"
 
 
 def _constants(tree: ast.Module) -> Iterator[tuple[str, float]]:

@@ -11,6 +11,7 @@ import asyncio
 import functools
 import inspect
 import io
+import socket
 import subprocess
 import sys
 import textwrap
@@ -112,6 +113,18 @@ def run(command: Sequence[str], **options: Any) -> subprocess.CompletedProcess[s
 def run_python(program: str, **options: Any) -> subprocess.CompletedProcess[str]:
     """Run a program in another Python to its end; see :func:`run`."""
     return run([sys.executable, "-c", textwrap.dedent(program)], **options)
+
+
+@contextmanager
+def held_port(host: str = "127.0.0.1") -> Iterator[int]:
+    """Hold a port in which nothing listens, so that no other program gets it; yield its number.
+
+    A server that asks for it gets it, as servers set ``SO_REUSEADDR``. A port that is let go may be anybody's.
+    """
+    with socket.socket() as line:
+        line.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        line.bind((host, 0))
+        yield line.getsockname()[1]
 
 
 @contextmanager

@@ -25,6 +25,15 @@ RACES = [
     ("lines.get(timeout=1)", "lines.get() waits for 1 s only"),
     ("listener.bind(('127.0.0.1', 4000))", "bind() takes a fixed port; take port 0"),
     ("os.kill(4711, 9)", "os.kill() names a fixed process"),
+    ("await until(lambda: tab.run('done'))", "until() asks a page that may be left; use until() of the tab"),
+    (
+        "await tab.run('location.reload()')",  # clock: an example
+        "the next question may go to the old page; use reload() or go() of the tab",
+    ),
+    (
+        "with socket.socket() as free: port = free.getsockname()[1]\n    connect(port)",
+        "a port that is let go may be anybody's; use held_port()",
+    ),
 ]
 NO_RACES = [
     "await asyncio.sleep(0)",
@@ -34,6 +43,8 @@ NO_RACES = [
     "elib.wait(calls, timeout=0.2)",
     "', '.join(words)",
     "words.get('key', 5)",
+    "await tab.until('location.hash === \"\"')",
+    "with socket.socket() as line: connect(line.getsockname()[1])",
     "listener.bind(('127.0.0.1', 0))",
     "os.kill(process.pid, 9)",
     "await asyncio.sleep(0.3)  # clock: simulated",

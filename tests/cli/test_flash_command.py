@@ -131,16 +131,16 @@ def test_a_damaged_file_is_refused_before_the_robot_is_opened(
 @pytest.mark.long
 @pytest.mark.parametrize("kind", ["tcp", "pty"])
 def test_a_robot_of_elib_simulate_is_flashed_again_after_ctrl_c(kind: str, tmp_path: Path) -> None:
-    long, short = write_program(tmp_path / "long.hex", rows=1200), write_program(tmp_path / "short.hex")
+    long, short = write_program(tmp_path / "long.hex", rows=400), write_program(tmp_path / "short.hex")
     link = ["--tcp", "0"] if kind == "tcp" else []
     with started("simulate", "square", *link) as server:
         url = server.out.line().split()[1]
         with started("flash", str(long), url, "--id", "5") as flashing:
-            flashing.err.until("301 of 1202 rows")  # Ctrl-C comes long before the end
+            flashing.err.until("101 of 402 rows")  # Ctrl-C comes long before the end
             assert flashing.end(signal.SIGINT) == 130
             said = flashing.err.rest()
         assert "Interrupted. " in said
-        assert "of 1202 rows are written, and the robot runs no program and waits in its bootloader." in said
+        assert "of 402 rows are written, and the robot runs no program and waits in its bootloader." in said
         again = elib("flash", str(short), url, "--id", "5")
         assert (again.returncode, again.stdout[:19]) == (0, "5 rows are written,")
         assert server.end(signal.SIGTERM) == 0

@@ -18,10 +18,7 @@ from elib.records.reader import read_recording, summary_of
 from elib.robot.aio import on_open
 from elib.robot.link import Record
 from elib.robot.watchdog import is_supported
-from elib.simulator.emulator.motors import StepMotor
-from elib.simulator.emulator.server import serve
-from elib.simulator.emulator.settings import SimulationSettings
-from shared import PATIENCE, until, wait_until
+from shared import PATIENCE, wait_until
 
 FAST = "sim://?speed=max"
 
@@ -77,18 +74,6 @@ def test_for_reality_the_robot_drives_by_itself_watched_and_its_parts_are_noted(
     assert "put its front against a white wall" in err
     assert main(["record", str(tmp_path / "other.mcap"), "proximity", "--reality", "--robot", FAST]) == 2
     assert "--reality records all readings" in capsys.readouterr().err
-
-
-@pytest.mark.long  # it stands for 15 s before it turns; that `elib run` does the same is in the quick tests
-@pytest.mark.skipif(not is_supported(), reason="there is no watchdog here")
-async def test_a_killed_recorder_for_reality_leaves_a_robot_that_stands(tmp_path: Path) -> None:
-    motors: list[StepMotor] = []
-    meet = lambda control: motors.extend(control.simulation.robots[0].emulator.firmware.motors)  # noqa: E731
-    async with serve(SimulationSettings("square"), tcp="0", control=meet) as served:
-        with started("record", str(tmp_path / "own.mcap"), "--reality", "--robot", served[0].url) as running:
-            await until(lambda: all(motor.speed for motor in motors))
-            running.process.kill()
-            await until(lambda: not any(motor.speed for motor in motors))
 
 
 @pytest.mark.parametrize("end", ["enter", "ctrl-c", "sigterm"])

@@ -363,7 +363,7 @@ def whole(pieces: Iterable[Piece], cuts: Iterator[int]) -> tuple[list[Line], str
     return lines + decoder.flush(), decoder.firmware
 
 
-@few_and_many(100, 400)
+@few_and_many(100, 200)
 def test_any_cutting_gives_the_same_lines_and_every_byte_is_in_one(examples: int) -> None:
     @settings(max_examples=examples)
     @given(st.lists(PIECES, max_size=25), st.lists(st.integers(1, 50), min_size=1, max_size=10))

@@ -6,7 +6,6 @@ Each ends in time with exit code 0, and writes nothing on stderr.
 import ast
 import subprocess
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -69,16 +68,19 @@ thread.join()
 BARE = {name: bare for name, source in SOURCES.items() if name not in NEEDS_WITH and (bare := without_with(source))}
 
 
+def ways(name: str) -> dict[str, str]:
+    """Return a program as it is, without ``with``, and in a thread, where it can be so."""
+    source, bare = SOURCES[name], BARE.get(name, "")
+    thread = "" if name in NOT_IN_A_THREAD else in_a_thread(bare or source)
+    found = {"as it is": source, "without with": bare, "in a thread": thread}
+    return {way: text for way, text in found.items() if text}
+
+
 def run(source: str, folder: Path, *options: str, said: str = "") -> subprocess.CompletedProcess[str]:
     program = folder / "program.py"
     program.write_text(source)
     command = [sys.executable, *options, str(program)]
-    return subprocess.run(command, cwd=folder, input=said, capture_output=True, text=True, timeout=2 * PATIENCE)
-
-
-def check(name: str, done: subprocess.CompletedProcess[str]) -> None:
-    assert complaints(done.stderr, may_be_left_moving=name in CANNOT_STOP) == []
-    assert done.returncode == 0
+    return subprocess.run(command, cwd=folder, input=said, capture_output=True, text=True, timeout=10 * PATIENCE)
 
 
 def test_there_are_programs_of_both_kinds() -> None:
@@ -86,29 +88,24 @@ def test_there_are_programs_of_both_kinds() -> None:
     assert {"README.md", "examples/01_hello.py", "docs/tutorial/01-first-robot.md"} <= set(BARE)
 
 
-def named(names: Iterable[str]) -> pytest.MarkDecorator:
-    """Run a test with each of these programs: with the shortest one in the quick lane too."""
-    return pytest.mark.parametrize(
-        "name", [pytest.param(name, marks=[] if name in QUICK else [pytest.mark.long]) for name in names]
-    )
+def one_way_each() -> list[object]:
+    """Return the shortest program in each way, and in the long form all others, each in one way: they take turns."""
+    quick = [(name, way) for name in QUICK for way in ways(name)]
+    others = [(name, list(ways(name))) for name in SOURCES if name not in QUICK]
+    long = [(name, possible[k % len(possible)]) for k, (name, possible) in enumerate(others)]
+    return [*quick, *(pytest.param(*each, marks=pytest.mark.long) for each in long)]
 
 
-@named(SOURCES)
-def test_a_program_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
-    check(name, run(SOURCES[name], tmp_path))
+@pytest.mark.parametrize(("name", "way"), one_way_each())
+def test_a_program_as_it_is_without_with_or_in_a_thread_ends_without_a_complaint(
+    name: str, way: str, tmp_path: Path
+) -> None:
+    done = run(ways(name)[way], tmp_path)
+    assert complaints(done.stderr, may_be_left_moving=name in CANNOT_STOP) == []
+    assert done.returncode == 0
 
 
-@named(BARE)
-def test_a_program_without_with_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
-    check(name, run(BARE[name], tmp_path))
-
-
-@named(name for name in SOURCES if name not in NOT_IN_A_THREAD)
-def test_a_program_in_a_thread_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
-    check(name, run(in_a_thread(BARE.get(name, SOURCES[name])), tmp_path))
-
-
-@named(["README.md", "examples/01_hello.py", "docs/tutorial/01-first-robot.md"])
+@pytest.mark.parametrize("name", ["examples/01_hello.py", pytest.param("README.md", marks=pytest.mark.long)])
 def test_a_program_that_goes_on_at_the_prompt_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
     done = run(BARE[name], tmp_path, "-i", "-q", said="print(robot)\n")
     assert "open>" in done.stdout

@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import json
 import signal
-import socket
 import sys
 from pathlib import Path
 
@@ -65,8 +64,6 @@ async def test_whatever_ends_the_command_stops_the_robot_and_tells_the_program(n
                 assert await ended == 0
                 await until(lambda: wheels(control) == (0, 0))  # nobody is left who would stop it later
             assert await asyncio.to_thread(run.err.rest) == ""
-        with socket.create_server(("127.0.0.1", int(url.rpartition(":")[2].partition("/")[0]))):
-            pass  # the port is free
 
 
 def test_the_schema_is_printed_without_a_robot(capsys: pytest.CaptureFixture[str]) -> None:

@@ -88,7 +88,7 @@ def check(arguments: list[str], data: bytes) -> None:
         assert left == {"old": b"precious"}
 
 
-@few_and_many(50, 300)
+@few_and_many(50, 100)
 def test_no_command_line_and_no_log_give_a_traceback(examples: int) -> None:
     @settings(max_examples=examples)
     @given(arguments=ARGUMENTS, data=DATA)
@@ -103,7 +103,7 @@ def test_no_command_line_and_no_log_give_a_traceback(examples: int) -> None:
     holds()
 
 
-@few_and_many(40, 200)
+@few_and_many(40, 80)
 def test_no_log_gives_a_traceback_in_any_format(examples: int) -> None:
     @settings(max_examples=examples)
     @given(
@@ -117,7 +117,7 @@ def test_no_log_gives_a_traceback_in_any_format(examples: int) -> None:
     holds()
 
 
-@few_and_many(25, 100)
+@few_and_many(25, 50)
 def test_results_do_not_depend_on_how_a_log_is_read(examples: int) -> None:
     """Means may differ in their last digit, and of several errors another one may be found first."""
 

@@ -149,7 +149,7 @@ def test_the_solution_passes(name: str, variant: str, tried: Tried) -> None:
 
 @pytest.mark.parametrize(
     ("name", "seed"),
-    [in_its_lane(name, seed, is_quick=seed == 0 and name == "avoid") for name in NAMES for seed in range(5)],
+    [in_its_lane(name, seed, is_quick=seed == 0 and name == "avoid") for name in NAMES for seed in range(3)],
 )
 def test_the_solution_passes_on_robots_that_differ_as_real_ones_do(name: str, seed: int, tried: Tried) -> None:
     variants = LABS[name].variants

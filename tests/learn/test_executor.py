@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import itertools
 import os
 import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import threading
+import warnings
 from collections.abc import Iterator
 from concurrent.futures import Future
 from pathlib import Path
@@ -23,7 +24,7 @@ import elib
 from elib.base.errors import ArgumentError, ElibError, LinkError, LinkLost, LinkNotFound
 from elib.learn import executor as module
 from elib.learn.executor import Executor, open_executor
-from shared import PATIENCE, wait_until
+from shared import PATIENCE, held_port, wait_until
 
 pytest.importorskip("dask", reason="needs the extra learn")
 pytest.importorskip("distributed", reason="needs the extra learn")
@@ -64,6 +65,12 @@ def crash(number: int) -> None:
 def two_workers() -> Iterator[Executor]:
     with open_executor(2) as executor:
         yield executor
+
+
+@pytest.fixture
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wait for a cluster as long as a busy machine may take."""
+    monkeypatch.setattr(module, "ANSWER_TIME", PATIENCE)
 
 
 @pytest.fixture(scope="module")
@@ -110,15 +117,15 @@ def test_a_job_that_exits_does_not_take_its_worker_along(two_workers: Executor) 
     assert dict(two_workers.run(square, [(4,)]))[0][0] == 16
 
 
-def test_a_cluster_that_runs_can_be_used(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "ANSWER_TIME", PATIENCE)
+@pytest.mark.usefixtures("patient")
+def test_a_cluster_that_runs_can_be_used(scheduler: str) -> None:
     with open_executor(cluster=scheduler) as executor:
         assert dict(executor.run(square, [(4,)]))[0][0] == 16
         assert executor.width == 2
 
 
+@pytest.mark.usefixtures("patient")
 def test_workers_with_another_elib_are_refused(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "ANSWER_TIME", PATIENCE)
     monkeypatch.setattr(elib, "__version__", "9.9.9")
     with (
         pytest.raises(LinkError, match=r"has elib .*, and this computer has 9\.9\.9"),
@@ -182,7 +189,7 @@ def test_a_job_that_kills_its_workers_ends_the_run_at_last(monkeypatch: pytest.M
 
 
 @pytest.mark.long
-def test_workers_end_with_their_parent() -> None:
+def test_workers_end_with_their_parent(tmp_path: Path) -> None:
     psutil = pytest.importorskip("psutil")
     program = (
         "import threading\n"
@@ -192,7 +199,7 @@ def test_workers_end_with_their_parent() -> None:
         "        print('open', flush=True)\n"
         "        threading.Event().wait()\n"
     )
-    path = Path(tempfile.mkdtemp()) / "holds_workers.py"
+    path = tmp_path / "holds_workers.py"
     path.write_text(program)
     with subprocess.Popen([sys.executable, str(path)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as parent:
         assert parent.stdout is not None
@@ -208,13 +215,9 @@ def test_workers_end_with_their_parent() -> None:
 class Cluster:
     """A Dask cluster of other processes: a scheduler and one worker, which tests kill and start."""
 
-    def __init__(self, folder: Path) -> None:
-        # Nothing listens here: it only keeps the port for the schedulers, one after the other.
-        self._held = socket.socket()
-        self._held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        self._held.bind(("127.0.0.1", 0))
-        self.port = self._held.getsockname()[1]
-        self.address = f"tcp://127.0.0.1:{self.port}"
+    def __init__(self, folder: Path, port: int) -> None:
+        self.port = port  # of the schedulers, one after the other
+        self.address = f"tcp://127.0.0.1:{port}"
         self._folder = folder
         self._processes: list[subprocess.Popen[bytes]] = []
 
@@ -240,14 +243,17 @@ class Cluster:
         for process in self._processes:
             process.kill()
             process.wait()
-        self._held.close()
 
 
 @pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[Cluster]:
-    found = Cluster(tmp_path)
-    yield found
-    found.close()
+def cluster(patient: None, tmp_path: Path) -> Iterator[Cluster]:
+    with held_port() as port:
+        found = Cluster(tmp_path, port)
+        yield found
+        found.close()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)
+        gc.collect()  # Dask forgets a socket that is dialled when it is closed: no later test shall be told of it
 
 
 def wait_for(cluster: Cluster) -> None:
@@ -262,8 +268,7 @@ def wait_for(cluster: Cluster) -> None:
 
 
 @pytest.mark.long
-def test_a_run_survives_a_worker_of_its_cluster(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "ANSWER_TIME", PATIENCE)
+def test_a_run_survives_a_worker_of_its_cluster(cluster: Cluster) -> None:
     cluster.start_scheduler()
     worker = cluster.start_worker()
     wait_for(cluster)
@@ -278,10 +283,7 @@ def test_a_run_survives_a_worker_of_its_cluster(cluster: Cluster, monkeypatch: p
     assert found == {k: orbit(k, 200_000)[0] for k in range(12)}
 
 
-def test_a_lost_scheduler_ends_the_run_and_the_error_says_how_it_goes_on(
-    cluster: Cluster, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(module, "ANSWER_TIME", PATIENCE)
+def test_a_lost_scheduler_ends_the_run_and_the_error_says_how_it_goes_on(cluster: Cluster) -> None:
     scheduler = cluster.start_scheduler()
     cluster.start_worker()
     wait_for(cluster)
@@ -301,7 +303,6 @@ def test_workers_with_another_python_or_without_elib_are_refused(
     cluster.start_scheduler()
     good = cluster.start_worker()
     wait_for(cluster)
-    monkeypatch.setattr(module, "ANSWER_TIME", PATIENCE)
     with monkeypatch.context() as patch:
         patch.setattr(module.platform, "python_version", lambda: "3.99.1")
         with (
@@ -339,7 +340,14 @@ def test_what_is_not_a_scheduler_is_said_soon(greeting: bytes, monkeypatch: pyte
             pass
         is_refused.set()
         thread.join()
-    with pytest.raises(LinkNotFound, match="no Dask scheduler answers at"), open_executor(cluster=address):
+
+
+def test_where_nobody_listens_no_scheduler_is_waited_for() -> None:
+    with (
+        held_port() as port,
+        pytest.raises(LinkNotFound, match="no Dask scheduler answers at"),
+        open_executor(cluster=f"tcp://127.0.0.1:{port}"),
+    ):
         pass
 
 

@@ -133,15 +133,60 @@ class Tab:
 
         return await until(now)
 
+    async def drawn(self) -> None:
+        """Wait until what has changed is drawn."""
+        await self.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")
+
     async def reload(self) -> None:
         """Load the page anew, and return when the old one is gone."""
         with contextlib.suppress(PageLeft):
-            await self.run("void (window.isOld = true, location.reload())")
+            await self.run("void (window.isOld = true, location.reload())")  # clock: the place for it
         await self.until("!window.isOld")
 
     async def go(self, url: str) -> None:
         """Open a page in this tab."""
         await self.call("Page.navigate", url=url)
+
+    async def middle(self, element: str) -> tuple[float, float]:
+        """Return where the middle of an element is, a JavaScript expression, as soon as nothing is before it.
+
+        It is scrolled there if need be. What slides in, like a dialog, or is moved by what comes above it, is waited
+        for. A shape may have its middle outside of itself.
+        """
+        x, y = await self.until(  # type: ignore[misc]
+            f"(async () => {{ const it = {element}; if (!it) return false;"
+            " const place = () => { const b = it.getBoundingClientRect();"
+            " return [b.left + b.width / 2, b.top + b.height / 2]; }, before = place();"
+            " await new Promise((done) => setTimeout(done, 50));"
+            " const there = it.getRootNode().elementFromPoint(...before);"
+            " const isFree = it.contains(there) || (it instanceof SVGElement && there?.contains(it));"
+            " if (!isFree) it.scrollIntoView({ block: 'center', behavior: 'instant' });"
+            " return isFree && place().join() === before.join() && before; })()"
+        )
+        return x, y
+
+    async def click(self, element: str) -> None:
+        """Click the middle of an element, a JavaScript expression; again if it was moved before the mouse was there."""
+        listen = (
+            "void (window.clicked?.abort(), window.clicked = new AbortController(), clicked.kinds = [],"
+            " ['pointerdown', 'click'].forEach((kind) => document.addEventListener(kind, (event) =>"
+            f" event.composedPath().includes({element}) && clicked.kinds.push(kind),"
+            " { capture: true, signal: clicked.signal })))"
+        )
+        # What acts when the mouse is pressed, such as a line of the editor, may be another element when it is released.
+        is_hit = (
+            "clicked.kinds.includes('click') ||"
+            f" (clicked.kinds.includes('pointerdown') && !({element})?.matches('a, button, input, [role=tab]'))"
+        )
+
+        async def hit() -> object:
+            x, y = await self.middle(element)
+            await self.run(listen)
+            for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
+                await self.mouse(kind, x, y)
+            return await self.run(is_hit)
+
+        await until(hit)
 
     async def mouse(self, kind: str, x: float, y: float) -> None:
         """Move, press or release the mouse at a place on the page."""

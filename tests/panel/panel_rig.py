@@ -189,33 +189,18 @@ class Driver:
 
     async def click(self, selector: str) -> None:
         """Click the middle of the first element that fits."""
-        x, y = await self.middle(selector)
-        await self.tab.mouse("mousePressed", x, y)
-        await self.tab.mouse("mouseReleased", x, y)
+        await self.tab.click(f"document.querySelector({selector!r})")
 
     async def press(self, text: str) -> None:
         """Click the button or the tab that says so."""
         buttons = "[...document.querySelectorAll('button, a')]"
         # What cannot be pressed yet is waited for, as a person would.
         found = f"{buttons}.find(b => b.textContent.trim() === {text!r} && b.offsetParent && !b.disabled)"
-        await self.tab.until(f"!!{found}")
-        await self.tab.run(f"{found}.setAttribute('data-wanted', '')")
-        await self.click("[data-wanted]")
-        await self.tab.run("document.querySelector('[data-wanted]')?.removeAttribute('data-wanted')")
+        await self.tab.click(found)
 
     async def middle(self, selector: str) -> tuple[float, float]:
-        """Return where the middle of an element is, after scrolling there."""
-        found = f"document.querySelector({selector!r})"
-        await self.tab.until(f"!!{found}")
-        await self.tab.run(f"{found}.scrollIntoView({{block: 'center', behavior: 'instant'}})")
-        # What slides in, like a dialog, is waited for until it stands.
-        x, y = await self.tab.until(  # type: ignore[misc]
-            f"(async () => {{ const place = () => {{ const b = {found}.getBoundingClientRect();"
-            " return [b.left + b.width / 2, b.top + b.height / 2]; }, before = place();"
-            " await new Promise((done) => setTimeout(done, 50));"
-            " return place().join() === before.join() && before; })()"
-        )
-        return x, y
+        """Return where the middle of the first element is that fits."""
+        return await self.tab.middle(f"document.querySelector({selector!r})")
 
     async def push(self, right: float, ahead: float) -> None:
         """Push the stick so far, and hold it."""

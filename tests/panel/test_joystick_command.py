@@ -104,7 +104,7 @@ async def test_whatever_ends_it_stops_the_robot(number: signal.Signals, home: Pa
             assert await asyncio.to_thread(run.end, number) == 0
             assert await asyncio.to_thread(run.err.rest) == ""
         await until(lambda: standing(control))  # nobody is left who would stop it later
-        assert not control.link(0).is_connected
+        await until(lambda: not control.link(0).is_connected)
 
 
 @pytest.mark.long

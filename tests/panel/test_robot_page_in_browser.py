@@ -52,7 +52,7 @@ async def test_what_is_needed_while_driving_is_in_view_together(shown, size, wor
         for tab in TABS:
             await person.press(tab)
             for part in (".stage", ".pad-card", ".pad", ".limit", ".camera-card", ".instrument", ".rail", "#stop"):
-                assert await is_in_view(person, part, size[1]), (tab, part)
+                await until(lambda part=part: is_in_view(person, part, size[1]))
         for part, height in ((".stage", world), (".instrument", 600)):
             box = await person.tab.run(f"{BOX}({part!r})")
             assert box[3] - box[1] > height  # type: ignore[index]
@@ -66,10 +66,10 @@ async def test_pad_camera_and_stop_are_in_view_on_a_phone_and_the_rest_behind_ta
             await person.press(tab)
             await person.tab.until(f"{views}.join().toLowerCase() === {tab.lower()!r}")
             for part in (".pad", "#stop", ".rail"):
-                assert await is_in_view(person, part, 844), (tab, part)
-            assert await person.tab.run("document.documentElement.scrollWidth") <= 390
+                await until(lambda part=part: is_in_view(person, part, 844))
+            await person.tab.until("document.documentElement.scrollWidth <= 390")
         await person.tab.until(PICTURE)
-        assert await is_in_view(person, ".frame", 844)
+        await until(lambda: is_in_view(person, ".frame", 844))
         pad, stop = [await person.tab.run(f"{BOX}({part!r})") for part in (".pad", "#stop")]
         assert pad[2] < stop[0], "one thumb drives, the other one stops"  # type: ignore[index]
 

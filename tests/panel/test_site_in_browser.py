@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 import pytest_asyncio
-from browser import Tab, browser, needs_browser
+from browser import Opener, Tab, needs_browser
 
 from shared import PATIENCE
 
-pytestmark = [needs_browser, pytest.mark.long]
+pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
 
 ROOT = Path(__file__).parents[2]
 KINDS = [
@@ -55,10 +55,11 @@ def address(site: Path) -> Iterator[str]:
         server.shutdown()
 
 
-@pytest_asyncio.fixture
-async def tab() -> AsyncIterator[Tab]:
-    async with browser() as opened:
-        yield await opened("about:blank")
+@pytest_asyncio.fixture(loop_scope="module")
+async def tab(open_page: Opener) -> AsyncIterator[Tab]:
+    tab = await open_page("about:blank")
+    yield tab
+    await tab.close()
 
 
 async def show(tab: Tab, url: str) -> None:
@@ -66,30 +67,31 @@ async def show(tab: Tab, url: str) -> None:
     await tab.until(f"location.href === '{url}' && document.readyState === 'complete'")
 
 
-async def search(tab: Tab, words: str) -> str:
+async def search(tab: Tab, words: str, found: str) -> None:
+    """Search for words until something is found."""
     await tab.until("document.querySelector('.md-search__button')?.click(), true")
     await tab.until(f"{SEARCH}?.focus(), !!({SEARCH})")
     await tab.type(words)
-    return str(await tab.until(FOUND))
+    await tab.until(f"{FOUND}?.includes({found!r})")
 
 
 async def test_every_kind_of_page_shows_its_pictures_and_fetches_nothing_from_elsewhere(tab: Tab, address: str) -> None:
     for page in KINDS:
         await show(tab, address + page)
         await tab.until(PICTURES_ARE_THERE)
-    await search(tab, "proximity")
+    await search(tab, "proximity", ".html")
     assert [url for url in tab.requests if not url.startswith((address, "data:", "blob:", "about:"))] == []
     assert tab.complaints == []
 
 
 async def test_the_search_finds_pages(tab: Tab, address: str) -> None:
     await show(tab, address + "index.html")
-    assert "reference/commands.html" in await search(tab, "set_speed")
+    await search(tab, "set_speed", "reference/commands.html")
 
 
 async def test_the_search_works_from_files(tab: Tab, site: Path) -> None:
     await show(tab, (site / "tutorial/01-first-robot.html").as_uri())
-    assert ".html" in await search(tab, "timeou")
+    await search(tab, "timeou", ".html")
     for letter in "ts":  # what was typed stays in the field while results arrive
         await tab.type(letter)
         await asyncio.sleep(0.2)  # clock: whatever the pause is, nothing may change what was typed
@@ -101,7 +103,7 @@ async def test_the_search_works_from_files(tab: Tab, site: Path) -> None:
 async def test_a_phone_need_not_scroll_to_the_side(tab: Tab, address: str, page: str) -> None:
     await tab.size(390, 844, phone=True)
     await show(tab, address + page)
-    assert await tab.run("document.documentElement.scrollWidth") == 390
+    await tab.until("document.documentElement.scrollWidth === 390")
 
 
 async def test_the_site_follows_the_dark_theme_of_the_computer(tab: Tab, address: str) -> None:
@@ -116,7 +118,7 @@ async def test_the_site_follows_the_dark_theme_of_the_computer(tab: Tab, address
 async def test_a_block_of_code_has_a_button_that_copies_it_without_the_prompt(tab: Tab, address: str) -> None:
     await show(tab, address + "tutorial/01-first-robot.html")
     blocks = await tab.until("document.querySelectorAll('.highlight pre').length")
-    assert await tab.until("document.querySelectorAll('.highlight .md-code__button').length") == blocks
+    await tab.until(f"document.querySelectorAll('.highlight .md-code__button').length === {blocks}")
     await tab.run(
         "document.execCommand = () => { window.copied = document.querySelector('textarea').value; return true }, 0"
     )

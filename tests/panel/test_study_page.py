@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 
 import pytest
 
@@ -187,9 +188,10 @@ async def test_the_best_controller_drives_in_the_world_of_the_task(progress, url
         pass_generation(progress, 0.1, 0.3)
         await until(lambda: len(page.frames) > 20)
         assert page.of("scene")[-1]["scene"]["world"] == "first room"
-        first, last = Frame.parse(page.frames[0]), Frame.parse(page.frames[-1])
-        speed = math.dist(first.poses[0][:2], last.poses[0][:2]) / (last.time - first.time)
-        assert speed == pytest.approx(300 * 0.1288 / 1000, rel=0.1)
+        frames = list(map(Frame.parse, page.frames))
+        ways = [(b.time - a.time, math.dist(a.poses[0][:2], b.poses[0][:2])) for a, b in pairwise(frames)]
+        # On a busy computer it is at a wall before the last of them.
+        assert max(way / time for time, way in ways if time) == pytest.approx(300 * 0.1288 / 1000, rel=0.1)
 
 
 async def test_an_earlier_controller_drives_when_a_person_chooses_it(progress, url) -> None:
@@ -295,7 +297,7 @@ async def test_a_browser_draws_the_curve_and_lets_a_person_choose_who_drives(pro
         await tab.until("document.querySelector('.study .how-far').textContent.startsWith('2 of 4 generations')")
         text = "document.querySelector('.study').textContent"
         for words in ("Drive on.", "Best so far: 0.400, of generation 2", "Generation 2best 0.400mean 0.300"):
-            assert await tab.run(f"{text}.includes('{words}')"), await tab.run(text)
+            await tab.until(f"{text}.includes('{words}')")
         await tab.until("elib.worldOf().frame.value?.number > 2")
         await tab.until(has_drawn(217, 72, 15))
         await tab.size(1200, 800, dark=True)
@@ -315,6 +317,6 @@ async def test_a_browser_draws_the_curve_and_lets_a_person_choose_who_drives(pro
         progress.end("All generations are done.")
         await tab.until(f"{text}.includes('All generations are done.')")
         await tab.size(390, 844, phone=True)
-        assert await tab.run("document.documentElement.scrollWidth") == 390
+        await tab.until("document.documentElement.scrollWidth === 390")
         assert [each for each in tab.requests if not each.startswith((url, url.replace("http", "ws"), "data:"))] == []
         assert tab.complaints == []

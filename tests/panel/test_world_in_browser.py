@@ -308,7 +308,7 @@ async def test_on_a_phone_nothing_sticks_out_and_both_themes_are_there(tab, widt
     await tab.size(width, height, dark=dark, phone=True)
     await choose(tab, "robot:0")
     await tab.until(f"document.documentElement.clientWidth === {width}")
-    assert await tab.run("document.documentElement.scrollWidth") <= width
+    await tab.until(f"document.documentElement.scrollWidth <= {width}")
     await tab.until(f"document.documentElement.dataset.theme === '{'dark' if dark else 'light'}'")
     await tab.until(f"{STAGE}.width > {0.8 * width} && {STAGE}.scale * 1.2 > {0.7 * width}")
     page = await tab.run("getComputedStyle(document.body).backgroundColor")
@@ -439,9 +439,13 @@ async def test_the_page_shows_the_tags_of_walls_and_boxes(open_page, tmp_path):
         await tab.key("v")
         drawn = await tab.run(f"{STAGE}.drawn")
         await tab.until(f"{EYE}.checked && {STAGE}.drawn > {drawn}")
-        pixels = np.asarray(Image.open(io.BytesIO(await tab.shot())).convert("RGB"))
-        for family, number in (("16h5", 7), ("36h11", 42)):
-            assert number in [tag.number for tag in find(pixels, 1, 0.06, family)]
+
+        async def are_seen() -> bool:
+            pixels = np.asarray(Image.open(io.BytesIO(await tab.shot())).convert("RGB"))
+            tags = (("16h5", 7), ("36h11", 42))
+            return all(number in [tag.number for tag in find(pixels, 1, 0.06, family)] for family, number in tags)
+
+        await until(are_seen)
 
 
 STATES = """
@@ -731,7 +735,7 @@ async def test_the_last_minute_is_looked_at_while_the_robot_drives_and_the_world
         await tab.run(f"{line}.focus()")
         await tab.key("Home", "Home")
         await tab.until(f"{past}?.startsWith('The world ') && {line}.getAttribute('aria-valuetext').endsWith(' s ago')")
-        assert await tab.run(f"{gone} < 0.001 && {WORLD}.things.value.box.length === {boxes}")
+        await tab.until(f"{gone} < 0.001 && {WORLD}.things.value.box.length === {boxes}")
         assert await tab.run("document.querySelector('[aria-label=\"Add a box\"]').disabled"), "the past is as it was"
         await tab.key("ArrowRight", "ArrowRight")
         assert await tab.run(f"{tick}.drive.left") == 0, "the arrows move the time line"
@@ -742,12 +746,12 @@ async def test_the_last_minute_is_looked_at_while_the_robot_drives_and_the_world
         await tab.until(f"{past} && {gone} < 0.001")
         await press(tab, "Go on from here")
         await tab.until(f"!{past} && {gone} < 0.001")
+        await tab.until("document.querySelector('.world-said').textContent.includes('Not put back: ')")
         time = await tab.run(f"{WORLD}.frame.value.time")
         await tab.until(f"{WORLD}.frame.value.time > {time} + 1")
         assert await tab.run(f"{gone}") < 0.001
         assert await tab.run(f"[{tick}.drive.left, {tick}.drive.right, {tick}.drive.may_move]") == [0, 0, False]
         assert await tab.run(f"{WORLD}.things.value.box.length") == boxes
-        assert "Not put back: " in await tab.run("document.querySelector('.world-said').textContent")
         await tab.key("w", "KeyW", kind="keyUp")
 
 

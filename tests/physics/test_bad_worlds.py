@@ -359,7 +359,7 @@ def outcome(content, filename):
         return error
 
 
-@few_and_many(25, 80)
+@few_and_many(25, 50)
 def test_a_random_document_is_a_world_that_runs_or_is_refused(examples):
     counts = {"worlds": 0, "refused": 0}
 
@@ -404,7 +404,7 @@ def damaged(draw):
     return bytes(content)
 
 
-@few_and_many(60, 200)
+@few_and_many(60, 120)
 def test_a_damaged_world_is_a_world_or_refused(examples):
     counts = {Scene: 0, SimulationError: 0}
 

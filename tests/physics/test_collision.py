@@ -99,7 +99,7 @@ def test_a_robot_driven_into_a_corner_rests_at_both_its_sides_after_one_pass(cor
 
 
 @pytest.mark.parametrize("speed", [0.1, FULL_SPEED, 0.19])
-@few_and_many(15, 150)
+@few_and_many(15, 50)
 def test_a_robot_that_is_pushed_at_a_slit_too_narrow_for_it_never_gets_through_at_any_step(speed, examples):
     chance = random.Random(7)
     for _ in range(examples):
@@ -197,7 +197,7 @@ def test_a_moving_robot_shoves_a_resting_one():
     assert b.x - a.x == pytest.approx(2 * RADIUS, abs=1e-4)
 
 
-@few_and_many(10, 25)
+@few_and_many(10, 20)
 def test_no_crowd_in_any_corner_overlaps_by_more_than_a_micrometre(examples):
     @settings(max_examples=examples)
     @given(st.integers(0, 2**32), st.lists(st.floats(-0.14, 0.14), min_size=16, max_size=16))

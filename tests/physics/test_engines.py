@@ -144,7 +144,7 @@ def test_reading_other_sensors_changes_nothing(engine):
     assert alone.hash("distance") != watched.hash("distance")
 
 
-@few_and_many(20, 60)
+@few_and_many(20, 40)
 def test_robots_elsewhere_in_the_world_change_nothing(engine, examples):
     near = (Pose(0.2, 0.2, 0.3), Pose(0.32, 0.22, 2.5), Pose(0.22, 0.33, -1.0))
     far = tuple(Pose(3.5 + 0.2 * (k % 5), 3.3 + 0.2 * (k // 5)) for k in range(15))

@@ -20,7 +20,7 @@ def test_interpreted_and_compiled_agree_in_random_worlds_with_one_thread_and_wit
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("first", range(0, 300, 30))
+@pytest.mark.parametrize("first", range(0, 300, 60))
 def test_interpreted_and_compiled_agree_in_random_worlds_with_states(first):
     pytest.importorskip("numba")
     found = []

@@ -181,7 +181,7 @@ def test_wheels_follow_a_decision_after_the_latency_that_was_drawn():
     assert at[2].world(0).poses[0].x - 0.2 == pytest.approx(period)  # a whole period late
 
 
-@few_and_many(10, 50)
+@few_and_many(10, 25)
 def test_what_is_drawn_lies_within_its_range_and_differs_from_episode_to_episode(examples):
     episodes = Episodes(task(BARE, FULL, randomisation=DRAWN), examples, engine="interpreted")
     drawn = [episodes.world(k) for k in range(examples)]

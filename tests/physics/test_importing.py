@@ -385,7 +385,7 @@ def files(draw):
     return ending, gap.join(words)
 
 
-@few_and_many(150, 5000)
+@few_and_many(150, 1500)
 def test_any_text_gives_a_world_that_opens_or_one_error(tmp_path, examples):
     @settings(max_examples=examples, deadline=None)
     @given(files())

@@ -46,7 +46,7 @@ def test_a_flat_wall_straight_ahead_gives_the_published_counts(name, table):
 
 
 @pytest.mark.parametrize("name", PROFILES)
-@few_and_many(70, 280)
+@few_and_many(70, 140)
 def test_nearer_never_reads_less(name, examples):
     model = EpuckModel(profile=name, sensor_noise=0, ambient=4095, quality="ideal")
     readings = [beside_a_wall(0.14 * k / examples, model=model).proximity(0)[SIDE] for k in range(examples)]
@@ -58,7 +58,7 @@ def test_the_open_reads_nothing_with_the_default_profile():
     assert world.proximity(0) == [0] * 8
 
 
-@few_and_many(10, 40)
+@few_and_many(10, 20)
 def test_a_mirrored_scene_gives_the_mirrored_readings(examples):
     @settings(max_examples=examples)
     @given(st.floats(0.045, 0.2), st.floats(-0.05, 0.05), st.floats(-1, 1))

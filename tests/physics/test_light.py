@@ -161,7 +161,7 @@ def test_a_lamp_over_the_robot_lights_all_sensors_alike_on_both_sides():
     assert values == [values[i] for i in MIRROR]
 
 
-@few_and_many(4, 40)
+@few_and_many(4, 20)
 def test_a_mirrored_room_gives_the_mirrored_readings(examples):
     @settings(max_examples=examples)
     @given(
@@ -252,7 +252,7 @@ def furnished(chance):
     )
 
 
-@few_and_many(12, 80)
+@few_and_many(12, 25)
 def test_whatever_stands_there_the_readings_are_those_of_the_law(examples):
     chance = random.Random(4)
     lit_sensors = 0

@@ -127,7 +127,7 @@ def test_of_two_walls_on_one_line_the_one_that_was_built_first_is_seen_whenever_
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.3])
-@few_and_many(20, 150)
+@few_and_many(20, 50)
 def test_no_wheel_rolls_so_far_in_a_tick_that_a_wall_is_missed(engine, noise, examples):
     start = Pose(1 - RADIUS - 0.1, 0.5)
     model = EpuckModel(motor_noise=noise, wheel_spread=noise / 3, quality="ideal")

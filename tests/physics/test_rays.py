@@ -86,7 +86,7 @@ def room(walls, posts, robots, model, engine="interpreted"):
 
 
 @pytest.mark.parametrize("rays", [5, *(pytest.param(rays, marks=pytest.mark.long) for rays in (1, 3))])
-@few_and_many(20, 100)
+@few_and_many(20, 40)
 def test_every_infrared_ray_ends_where_the_plainest_search_says(rays, examples):
     @settings(max_examples=examples)
     @given(
@@ -133,7 +133,7 @@ def response(profile, depth):
         *(pytest.param(*each, marks=pytest.mark.long) for each in ((1, "compiled"), (3, "compiled"))),
     ],
 )
-@few_and_many(15, 40)
+@few_and_many(15, 30)
 def test_a_sensor_reads_the_weighted_responses_of_what_its_rays_meet_first(rays, engine, examples):
     @settings(max_examples=examples)
     @given(
@@ -192,7 +192,7 @@ def test_a_sensor_reads_the_weighted_responses_of_what_its_rays_meet_first(rays,
     ],
 )
 @pytest.mark.usefixtures("compiled_worlds")
-@few_and_many(8, 30)
+@few_and_many(8, 16)
 def test_both_engines_cast_the_same_rays_to_the_last_bit_also_across_a_wall_or_in_a_post(rays, profile, examples):
     @settings(max_examples=examples)
     @given(
@@ -223,7 +223,7 @@ def test_both_engines_cast_the_same_rays_to_the_last_bit_also_across_a_wall_or_i
     check()
 
 
-@few_and_many(20, 100)
+@few_and_many(20, 40)
 def test_the_time_of_flight_sensor_weighs_its_five_rays_by_their_light(examples):
     @settings(max_examples=examples)
     @given(st.floats(-4, 4), st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), min_size=1, max_size=4))

@@ -93,7 +93,7 @@ def told(episodes, seed, decisions=12):
 
 
 @pytest.mark.usefixtures("compiled_episodes")
-@few_and_many(3, 60)
+@few_and_many(3, 30)
 def test_both_engines_remember_and_observe_the_same_to_the_last_bit(examples):
     observe = SEEN if examples > 3 else (LEFT,)
     pairs = {}

@@ -87,7 +87,7 @@ def guessed(values):
     return sound.bearing, 1000 * 0.1 / (1 + SHADE) / sound.volume
 
 
-@few_and_many(20, 60)
+@few_and_many(20, 40)
 def test_direction_and_distance_can_be_told_from_the_four_readings(examples):
     @settings(max_examples=examples)
     @given(st.floats(-math.pi, math.pi), st.floats(0.15, 1.0))

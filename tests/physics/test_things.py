@@ -227,7 +227,7 @@ def crosses(before, after, wall):
     return one * other < 0 and here * there < 0
 
 
-@few_and_many(6, 25)
+@few_and_many(6, 12)
 def test_nothing_overlaps_and_nothing_goes_through_whatever_is_pushed_where(examples):
     @settings(max_examples=examples)
     @given(
@@ -265,7 +265,7 @@ def test_nothing_overlaps_and_nothing_goes_through_whatever_is_pushed_where(exam
     check()
 
 
-@few_and_many(15, 40)
+@few_and_many(15, 30)
 def test_nothing_is_pushed_faster_than_the_robots_drive(examples):
     @settings(max_examples=examples)
     @example(3.0, 0.0, 0.02, 0.0)

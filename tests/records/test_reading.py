@@ -32,7 +32,7 @@ from elib.records.topics import ABOUT, FORMAT, TOPICS
 from lanes import few_and_many
 
 CALLS = 30
-EXAMPLES = few_and_many(40, 150)
+EXAMPLES = few_and_many(40, 80)
 DAMAGE = st.lists(st.tuples(st.integers(0, 1 << 20), st.integers(0, 255)), min_size=1, max_size=8)
 
 

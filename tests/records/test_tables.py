@@ -130,7 +130,7 @@ def test_a_recording_that_was_cut_off_gives_what_is_whole(path: Path, tmp_path: 
     assert max(rows) <= sum(len(table["time"]) for table in elib.read_recording(path).tables().values())
 
 
-@few_and_many(20, 60)
+@few_and_many(20, 40)
 def test_whatever_is_damaged_the_tables_stay_tables(examples: int, path: Path, tmp_path: Path) -> None:
     whole, bad = path.read_bytes(), tmp_path / "bad.mcap"
 

@@ -27,7 +27,7 @@ def sound(robot: elib.BlockingEpuck, **changes: float) -> None:
 
 
 @pytest.mark.parametrize("firmware", WITH_SAMPLES)
-@pytest.mark.parametrize("count", [10, pytest.param(300, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [10, pytest.param(100, marks=pytest.mark.long)])
 def test_the_pitch_of_a_drawn_tone_is_right_to_the_error_that_it_states(firmware: str, count: int) -> None:
     drawn = random.Random(f"pitch {firmware}")
     with elib.connect(beeper(firmware)) as robot:

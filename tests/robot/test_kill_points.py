@@ -23,7 +23,7 @@ from served import is_suspended, served_from_a_thread
 from elib.link.protocol.profiles import PROFILES
 from shared import PATIENCE, wait_until
 
-KILLS = int(os.environ.get("ELIB_KILLS", "36"))
+KILLS = int(os.environ.get("ELIB_KILLS", "18"))
 """How many killings the long form draws; set ELIB_KILLS for more of them."""
 
 PROGRAMS = {

@@ -465,8 +465,7 @@ async def test_a_program_that_was_frozen_does_not_drive_on_with_its_next_lamp() 
             await robot.proximity()
             assert not there.is_turning
             await robot.set_speed(0.3, 0.3)
-            await robot.proximity()
-            assert there.is_turning
+            await until(lambda: there.is_turning)
 
         await asyncio.to_thread(elib.run, drive, robot=there.url, watchdog=True)
 
@@ -555,12 +554,10 @@ def test_a_watch_waits_with_a_paused_world() -> None:
             assert await snapshots.take() is not None
             simulation = simulation_of(robot)
             simulation.pause()
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(0.1):  # clock: what came before the pause is here at once
-                    await snapshots.take()
             with pytest.raises(TimeoutError):
-                async with asyncio.timeout(2.5):  # clock: the loop's own timer, behind that of the watch's patience
-                    await snapshots.take()
+                for _ in range(3):  # what came before the pause may still be taken
+                    async with asyncio.timeout(2.5):  # clock: the loop's own timer, behind that of the watch's patience
+                        await snapshots.take()
             simulation.resume()
             snapshot = await snapshots.take()
             assert snapshot is not None

@@ -187,10 +187,24 @@ def judge_outcome(case: Case, found: Run, seconds: float) -> tuple[str, str]:
     if outcome.reason == "time":
         if found.counts[-1] - found.counts[-1 - int(LAST / SAMPLE)] < 1:
             return WRONG, f"no answers in the last {LAST:g} s: {words} {outcome.states[-3:]}"
-        return GOES_ON, words
+        return (GOES_ON, words) if has_come(case, found) else (WRONG, f"its fault did not come: {words}")
     if outcome.reason != "done":
         return WRONG, words
     return DONE if is_true(case, found) else WRONG, words
+
+
+def has_come(case: Case, found: Run) -> bool:
+    """Return whether the fault was met."""
+    assert found.outcome is not None
+    assert found.outcome.statistics is not None
+    assert found.simulation is not None
+    match case.fault:
+        case "loss":
+            return found.outcome.statistics.lost > 3
+        case "late":
+            return found.outcome.statistics.median > 0.4
+    counts = [robot.player.counts for robot in found.simulation.robots.values() if robot.player is not None]
+    return all((each.cuts, each.resets) == ((1, 0) if case.fault == "cut" else (0, 1)) for each in counts)
 
 
 def is_true(case: Case, found: Run) -> bool:

@@ -1,4 +1,4 @@
-"""Vehicles, walls, lines, balls, sounds and swarms: from random places, and with link faults.
+"""Vehicles, walls, lines, balls, sounds and swarms, from random places.
 
 Places are the world's, not what the robots believe. Times are simulated.
 """
@@ -18,7 +18,6 @@ from story_rig import Change, anywhere, clearance, drawn, drawn_quick, from_segm
 
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
-from elib.simulator import worlds
 from elib.simulator.physics import Sound, Stripe, World
 
 
@@ -168,7 +167,7 @@ REAL = [
     [
         pytest.param(*real, seed, marks=() if k == number == 0 else pytest.mark.long)
         for number, real in enumerate(REAL)
-        for k, seed in enumerate(drawn(20, "".join(real[:2])))
+        for k, seed in enumerate(drawn(4, "".join(real[:2])))
     ],
 )
 def test_whatever_its_sensors_read_over_black_a_robot_learns_it_and_stays_on_the_line(
@@ -214,23 +213,6 @@ def test_it_finds_the_ball_and_stands_before_it_at_the_set_distance(seed: int) -
     assert min(seen.seen[seen.after(35) :]) > 0.14
     ball = seen.world.snapshot().cylinders[0]
     assert abs(bearing(seen.world, ball.x, ball.y)) < 3
-
-
-def drawn_robots(tmp_path: Path, ball: str) -> str:
-    """Return the world of soccer with robots as they are drawn, and with a ball of another colour."""
-    room = tmp_path / "typical.toml"
-    shipped = (Path(worlds.__file__).parent / "soccer.toml").read_text().replace("[simulation]\nseed = 1\n", "")
-    room.write_text(shipped.replace("#f07818", ball) + '\n[epuck]\nquality = "typical"\n')
-    return f"{room}?robots=1&firmware="
-
-
-@pytest.mark.parametrize("firmware", ["btcom-2.0", "epuck2"])
-@pytest.mark.parametrize("seed", [100, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(101, 120))])
-def test_a_drawn_robot_finds_a_red_ball_with_its_own_colours(seed: int, firmware: str, tmp_path: Path) -> None:
-    room = drawn_robots(tmp_path, "#d02020") + firmware
-    seen = run("follow-ball", room, seed, seconds=40, at={0: ball_anywhere}, look=from_ball, options={"colour": "red"})
-    assert max(seen.seen[seen.after(35) :]) < 0.2
-    assert min(seen.seen[seen.after(35) :]) > 0.12
 
 
 @pytest.mark.parametrize("seed", drawn_quick(3, "circle"))
@@ -304,7 +286,7 @@ def test_typical_robots_face_the_beeper_to_25_degrees_or_say_that_they_cannot_te
     firmware: str,
 ) -> None:
     errors = []
-    for seed in drawn(20, "typical beeper"):
+    for seed in drawn(10, "typical beeper"):
         seen = run("locate-clap", f"beeper?firmware={firmware}", seed, seconds=12, at={0: anywhere})
         # The last state alone is not asked: where the error is about that limit, it may be unclear once more.
         if "facing" in seen.states:
@@ -313,7 +295,7 @@ def test_typical_robots_face_the_beeper_to_25_degrees_or_say_that_they_cannot_te
         else:
             assert seen.states[-1] == "unclear"
     assert math.hypot(*errors) / math.sqrt(len(errors)) < 25
-    assert len(errors) >= 10
+    assert len(errors) >= 5
 
 
 # -- swarms --
@@ -370,6 +352,9 @@ HOME = {
     "dispersion": "crowd?robots=3",
     "aggregation": "crowd?robots=3",
     "flocking": "crowd?robots=3&firmware=epuck2",
+    "go-to-light": "light",
+    "billiard": "billiard",
+    "bull": "red-boxes",
 }
 """Worlds in which the behaviours are tried. Three robots are a swarm."""
 
@@ -383,45 +368,3 @@ def test_the_same_seed_gives_the_same_run_to_the_last_bit_and_another_seed_anoth
     digests = [(each.world.hash(), each.outcome.states if each.outcome else ()) for each in runs]
     assert digests[0] == digests[1]
     assert digests[0][0] != digests[2][0]
-
-
-BROKEN = """description = "gone for three seconds, and later it restarts"
-
-[[fault]]
-kind = "cut"
-from = 20
-until = 23
-
-[[fault]]
-kind = "reset"
-at = 40
-"""
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("faults", ["loss", "late", "broken"])
-@pytest.mark.parametrize("name", HOME)
-def test_behaviours_survive_a_minute_of_link_faults_and_the_robots_stand_at_the_end(
-    name: str, faults: str, tmp_path: Path
-) -> None:
-    script = tmp_path / "faults.toml"
-    seconds = 60
-    script.write_text(BROKEN)
-    keys = {"loss": "loss=0.05", "late": "latency=0.2", "broken": f"fault={script}"}[faults]
-    joint = "&" if "?" in HOME[name] else "?"
-    (seed,) = drawn(1, f"{name} {faults}")
-    seen = run(name, f"{HOME[name]}{joint}{keys}", seed, seconds=seconds)
-    assert seen.outcome is not None
-    assert seen.outcome.statistics is not None
-    assert seen.simulation is not None
-    assert seen.outcome.reason == "time"
-    assert seen.outcome.duration == pytest.approx(seconds, abs=5)
-    assert seen.counts[-1] - seen.counts[seen.after(0.75 * seconds)] > 20, "it goes on"
-    if faults == "loss":
-        assert seen.outcome.statistics.lost > 20
-    elif faults == "late":
-        assert seen.outcome.statistics.median > 0.4
-    else:
-        players = [robot.player for robot in seen.simulation.robots.values()]
-        assert all((each.counts.cuts, each.counts.resets) == (1, 1) for each in players)
-    assert seen.stands()

@@ -51,8 +51,7 @@ async def test_the_programs_of_a_page_print_what_it_shows(tab: Tab, page: Path) 
         await tab.run(f"elib.borrow('test.py', {json.dumps(text)}, 'a test')")
         await tab.run("elib.run()")
         await tab.until(READY)
-        # What is printed last is drawn with the next picture.
-        await tab.run("new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
+        await tab.drawn()  # what was printed last, too
         printed = str(await tab.run(f"{PRINTED} || ''")).rstrip()
         if printed != shown:
             wrong[number] = (printed, shown, await tab.run("elib.lines.value.map(({ text }) => text).join('\\n')"))

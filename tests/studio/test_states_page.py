@@ -60,11 +60,7 @@ class Hand:
         await self.settled()
         await self.tab.until(f"!!({element}) && !({element}).disabled")
         if self.is_mouse:
-            await self.tab.run(f"({element}).scrollIntoView({{block: 'nearest'}})")
-            place = "(({ x, y, width, height }) => [x + width / 2, y + height / 2])"
-            x, y = await self.tab.run(f"{place}(({element}).getBoundingClientRect())")
-            for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
-                await self.tab.mouse(kind, x, y)
+            await self.tab.click(element)
         else:
             await self.tab.run(f"({element}).focus()")  # as Tab does, as often as it takes
             await self.tab.key("Enter", "Enter")
@@ -72,7 +68,7 @@ class Hand:
     async def settled(self) -> None:
         """Wait until the picture shows the text as it is, and is drawn."""
         await self.tab.until("document.querySelector('.states')?.ariaBusy === 'false'")
-        await self.tab.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")
+        await self.tab.drawn()
 
     async def button(self, text: str) -> None:
         await self.press(

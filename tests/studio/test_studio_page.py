@@ -96,15 +96,22 @@ class Page:
     async def show(self, name: str, text: str) -> None:
         """Show a program as a sample is shown, and wait until its lines are where they stay."""
         await self.tab.run(f"elib.borrow({json.dumps(name)}, {json.dumps(text)}, 'a test')")
-        await self.tab.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")
+        await self.tab.drawn()
 
     async def click(self, element: str) -> None:
         """Click an element, which is there when a JavaScript expression gives it."""
-        await self.tab.until(f"!!({element})")
-        place = "(({ x, y, width, height }) => [x + width / 2, y + height / 2])"
-        x, y = await self.tab.run(f"{place}({element}.getBoundingClientRect())")
-        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
-            await self.tab.mouse(kind, x, y)
+        await self.tab.click(element)
+
+    async def take(self, text: str) -> None:
+        """Take what the completion proposes, by Enter.
+
+        The editor takes no Enter for 75 ms after it has shown something to choose: it may have been meant for the line.
+        """
+        proposed = f"{ROOT}.querySelector('.cm-tooltip-autocomplete')"
+        later = f"new Promise((done) => setTimeout(done, 100, {proposed}))"
+        await self.tab.until(f"{proposed} && {later}.then((same) => same === {proposed})")
+        await self.tab.key("Enter", "Enter")
+        await self.tab.until(f"elib.textNow().includes({text!r})")
 
     async def run(self) -> None:
         """Press Run, and wait until the page has heard it."""
@@ -115,7 +122,8 @@ class Page:
     async def ended(self) -> str:
         """Wait until the program has ended, and return what it printed."""
         await self.tab.until(f"{STATE} === 'idle' && {READY}")
-        return str(await self.tab.run(f"new Promise(requestAnimationFrame).then(() => {OUTPUT})"))
+        await self.tab.drawn()
+        return str(await self.tab.run(OUTPUT))
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")
@@ -138,10 +146,7 @@ async def test_what_is_typed_is_completed_saved_and_run(page: Page) -> None:
         await page.tab.type(letter)
     await page.tab.until(f"{ROOT}.querySelector('[aria-selected=true]')?.innerText.includes('set_speed')")
     assert "rev/s" in str(await page.tab.until(f"{ROOT}.querySelector('.cm-completionInfo')?.innerText"))
-    # The editor takes no Enter for 75 ms after it has shown something to choose: it may have been meant for the line.
-    await page.tab.run("new Promise((done) => setTimeout(done, 100))")
-    await page.tab.key("Enter", "Enter")
-    await page.tab.until("elib.textNow().includes('robot.set_speed()')")
+    await page.take("robot.set_speed()")
     await page.tab.type("0.2, 0.2")
     await page.tab.until("localStorage['elib-program:typed.py']?.includes('set_speed(0.2, 0.2)')")
     await page.tab.key("End", "End")
@@ -237,7 +242,7 @@ async def test_a_link_is_read_and_neither_run_nor_put_over_a_program(page: Page)
     link = str(await page.tab.run("(elib.save(true), elib.link())"))
     await page.tab.run("elib.edit('print(2)\\n')")
     await page.tab.until("localStorage['elib-program:mine.py'] === 'print(2)\\n'")
-    await page.tab.run(f"void (location.href = {json.dumps(link)})")
+    await page.tab.go(link)
     await page.tab.until("document.querySelector('.note').innerText.startsWith('From a link')")
     assert await page.tab.run(f"[elib.textNow(), {STATE}]") == ["print('mine')\n", "idle"]
     await page.run()
@@ -283,9 +288,7 @@ async def test_chosen_brackets_are_not_doubled_and_a_reading_has_its_fields(page
     for letter in "robot.":
         await page.tab.type(letter)
     assert await page.tab.until(f"{ROOT}.querySelector('[aria-selected=true]')?.innerText") == "drive"
-    await page.tab.run("new Promise((done) => setTimeout(done, 100))")  # as long as the editor takes no Enter
-    await page.tab.key("Enter", "Enter")
-    await page.tab.until("elib.textNow().includes('robot.drive()')")
+    await page.take("robot.drive()")
     await page.tab.type("(")
     await page.tab.type("near.")
     await page.tab.until(f"{ROOT}.querySelector('.cm-tooltip-autocomplete')?.innerText.includes('front_left')")
@@ -313,11 +316,9 @@ async def test_a_check_shows_what_is_reached_and_an_error_at_its_line(page: Page
     await page.click(LAB.format("Check"))
     await page.tab.until(f"{ROOT}.querySelector('.cm-wrong')?.dataset.note.includes('xdrive')")
     await page.tab.until(f"{REACHED} === 0")
-
-
-async def test_another_program_is_in_no_lab_and_has_no_output_of_the_one_before(page: Page) -> None:
-    await page.tab.run("localStorage['elib-program:own.py'] = 'print(7)\\n', 0")
     assert "xdrive" in await page.ended()
+    # Another program is in no lab, and has no output of the one before.
+    await page.tab.run("localStorage['elib-program:own.py'] = 'print(7)\\n', 0")
     await page.tab.run("elib.open('own.py')")
     await page.tab.until(f"elib.lab.value === null && {OUTPUT} === ''")
     await page.tab.until("document.querySelector('.labs')?.innerText.includes('Best check')")

@@ -6,8 +6,10 @@ import asyncio
 import contextlib
 import json
 from collections.abc import AsyncIterator
+from pathlib import Path
 
 import pytest
+import pytest_asyncio
 from browser import Tab, browser, needs_browser
 from studio_rig import Server
 
@@ -17,18 +19,20 @@ from elib.simulator.emulator.settings import settings_of
 from elib.simulator.emulator.simulation import Simulation
 from shared import until
 
-pytestmark = [pytest.mark.long, needs_browser]
+pytestmark = [pytest.mark.long, needs_browser, pytest.mark.asyncio(loop_scope="module")]
 
 PORT = """
-const sent = [];
-let line;
-const port = {
-  open: async () => {},
-  close: async () => {},
-  readable: new ReadableStream({ start: (controller) => void (line = controller) }),
-  writable: new WritableStream({ write: (bytes) => void sent.push(...bytes) }),
+let sent, line;
+const requestPort = async () => {
+  sent = [];
+  return {
+    open: async () => {},
+    close: async () => {},
+    readable: new ReadableStream({ start: (controller) => void (line = controller) }),
+    writable: new WritableStream({ write: (bytes) => void sent.push(...bytes) }),
+  };
 };
-Object.defineProperty(navigator, "serial", { value: { requestPort: async () => port } });
+Object.defineProperty(navigator, "serial", { value: { requestPort } });
 window.robot = {
   take: () => sent.splice(0),
   give: (bytes) => line.enqueue(new Uint8Array(bytes)),
@@ -77,9 +81,9 @@ class Cable:
         while True:
             if data := await self.tab.run("robot.take()"):
                 self._line.send_nowait(bytes(data))  # type: ignore[arg-type]
-            if self._said:
-                await self.tab.run(f"robot.give({list(self._said)})")
-                self._said.clear()
+            said, self._said[:] = list(self._said), b""  # more may come while the page is told
+            if said:
+                await self.tab.run(f"robot.give({said})")
             await asyncio.sleep(PAUSE)  # clock: a cable takes its time
 
     def turns(self) -> bool:
@@ -101,39 +105,53 @@ class Cable:
     async def printed(self) -> str:
         """Wait until the program has ended, and return what it printed."""
         await self.tab.until(READY)
-        await self.tab.run("new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
+        await self.tab.drawn()
         return str(await self.tab.run("elib.lines.value.map(({ text }) => text).join('\\n')"))
 
 
-@contextlib.asynccontextmanager
-async def plugged(server: Server, firmware: str = "btcom-2.0") -> AsyncIterator[Cable]:
-    """Open the studio, and choose the port of a robot."""
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def tab(studio: Path) -> AsyncIterator[Tab]:
+    server = Server(studio)
     async with browser() as opener:
         tab = await opener("about:blank")
         await tab.call("Page.addScriptToEvaluateOnNewDocument", source=PORT)
-        await tab.go(f"{server.url}studio/")
+        await tab.go(server.url)
         await tab.until(READY)
-        cable = Cable(tab, firmware)
-        carrying = asyncio.ensure_future(cable.carry())
-        press = "[...document.querySelectorAll('button')].find((each) => each.textContent.includes('{}'))?.click()"
-        for name in ("Robot: as", "Real robot"):
-            await tab.until(f"({press.format(name)}, true)")
-        await tab.until("elib.robot.value === 'webserial://'")
+        yield tab
+    server.close()
+
+
+@contextlib.asynccontextmanager
+async def plugged(tab: Tab, firmware: str = "btcom-2.0") -> AsyncIterator[Cable]:
+    """Choose the port of a robot in the studio, and unplug it in the end."""
+    press = "[...document.querySelectorAll('button')].find((each) => each.textContent.includes('{}'))"
+    for name in ("Robot: as", "Real robot"):
+        await tab.until(f"!!{press.format(name)}")
+        await tab.run(f"{press.format(name)}.click()")
+    await tab.until("elib.robot.value === 'webserial://'")
+    cable = Cable(tab, firmware)
+    carrying = asyncio.ensure_future(cable.carry())
+    try:
         yield cable
+        await tab.run("elib.stop()")
+        await tab.until(READY)
+    finally:
         carrying.cancel()
         cable.robots.close()
+    await tab.run("robot.unplug()")
+    await tab.until("elib.robot.value === ''")
 
 
 @pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
-async def test_a_program_drives_the_robot_on_the_port_and_leaves_it_standing(server: Server, firmware: str) -> None:
-    async with plugged(server, firmware) as cable:
+async def test_a_program_drives_the_robot_on_the_port_and_leaves_it_standing(tab: Tab, firmware: str) -> None:
+    async with plugged(tab, firmware) as cable:
         await cable.begin(DRIVE)
         assert await cable.printed() == f"webserial:// {firmware}\nTrue 8\n"
         assert cable.stands()
 
 
-async def test_the_window_stops_the_robot_when_python_is_ended_and_when_the_page_is_left(server: Server) -> None:
-    async with plugged(server) as cable:
+async def test_the_window_stops_the_robot_when_python_is_ended_and_when_the_page_is_left(tab: Tab) -> None:
+    async with plugged(tab) as cable:
         await cable.begin(DEAF)
         await cable.tab.until("elib.isSilent.value")  # it computes, and hears no stop
         await cable.tab.run("document.querySelector('#stop').click()")
@@ -144,16 +162,16 @@ async def test_the_window_stops_the_robot_when_python_is_ended_and_when_the_page
         await until(cable.stands)
 
 
-async def test_a_paused_program_lets_no_real_robot_drive_on(server: Server) -> None:
-    async with plugged(server) as cable:
+async def test_a_paused_program_lets_no_real_robot_drive_on(tab: Tab) -> None:
+    async with plugged(tab) as cable:
         await cable.begin(LONG)
         await cable.tab.run("elib.pause()")
         await until(cable.stands)
 
 
-async def test_a_port_that_is_unplugged_ends_the_program_with_a_reason(server: Server) -> None:
-    async with plugged(server) as cable:
+async def test_a_port_that_is_unplugged_ends_the_program_with_a_reason(tab: Tab) -> None:
+    async with plugged(tab) as cable:
         await cable.begin(DRIVE.replace("sleep(0.5)", "sleep(0.5)\n    while True: robot.proximity()"))
         await cable.tab.run("robot.unplug()")
         assert "The device has been lost." in await cable.printed()
-        assert await cable.tab.run("elib.robot.value") == ""
+        await cable.tab.until("elib.robot.value === ''")

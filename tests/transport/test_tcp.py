@@ -9,6 +9,7 @@ from elib.base.timebase import SimulatedLoop
 from elib.link.transport import open_transport, parse_url, tcp
 from elib.link.transport.tcp import open_tcp
 from elib.link.transport.wifi import open_wifi
+from shared import held_port
 
 
 async def test_a_server_is_reached_without_waiting_for_full_packets() -> None:
@@ -29,11 +30,9 @@ async def test_the_url_opens_the_same_thing_again() -> None:
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
 async def test_a_port_where_nobody_listens_is_not_found(host: str) -> None:
-    with socket.socket() as reserved:
-        reserved.bind(("127.0.0.1", 0))
-        port = reserved.getsockname()[1]
-        with pytest.raises(LinkNotFound, match=f"no program listens on port {port}\nhint: start the server first"):
-            await open_tcp(parse_url(f"tcp://{host}:{port}"))
+    said = "no program listens on port [0-9]+\nhint: start the server first"
+    with held_port() as port, pytest.raises(LinkNotFound, match=said):
+        await open_tcp(parse_url(f"tcp://{host}:{port}"))
 
 
 async def test_an_unknown_host_is_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
