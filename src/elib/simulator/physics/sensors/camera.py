@@ -182,7 +182,7 @@ class Hits(NamedTuple):
 
 
 class Faces(dict[int, Ints]):
-    """Cells of what surfaces show, by its number: each is made once for a world, and the file of a picture read then."""
+    """Cells of what surfaces show, by its number, each made once for a world: a picture is read from its file then."""
 
     def __missing__(self, number: int) -> Ints:
         self[number] = cells = np.array(cells_of(face_named(number)), np.int64)
