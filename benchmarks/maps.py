@@ -25,7 +25,7 @@ from elib.base.pose import Pose
 from elib.behaviours import OpenAir
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.explore import draw
-from elib.behaviours.wall_following import follow
+from elib.behaviours.wall_following import follow, sees_wall
 from elib.link.protocol.distances import distances
 from elib.maps.grid import KNOWN
 from elib.simulator.physics import World
@@ -41,6 +41,8 @@ LIMIT = 60.0
 SPIN = 0.3
 """rev/s of the wheels while the robot turns round first."""
 TURN_RATE = 2 * SPIN * WHEEL_CIRCUMFERENCE / AXLE
+CIRCLE = 9.0
+"""s without a wall after which it drives straight on: it has been round a whole circle then, and sees nothing on it."""
 ROUND = 7.0
 """rad: round once, and a bit."""
 GOAL = 1.3, 1.3
@@ -101,10 +103,10 @@ def locate(link: str, seed: int, is_kidnapped: bool = False) -> dict[str, float]
             localiser = elib.Localiser(grid, seed=seed)
             open_air, wheels, turned = OpenAir(), STANDING, 0.0
             began, first, used, looks = robot.time, math.inf, 0.0, 0
-            at, was_sure = began, False
+            at, was_sure, wall_at = began, False, began
 
             async def step(view: elib.Epuck) -> bool:
-                nonlocal wheels, turned, began, first, used, looks, at, was_sure
+                nonlocal wheels, turned, began, first, used, looks, at, was_sure, wall_at
                 before, wheels = wheels, STANDING
                 near = open_air(await view.proximity())
                 pose = await view.pose()
@@ -126,11 +128,13 @@ def locate(link: str, seed: int, is_kidnapped: bool = False) -> dict[str, float]
                     else:
                         found["wrong"] += 1
                 gap, at, was_sure = robot.time - at, robot.time, estimate.is_sure
+                if turned < ROUND or sees_wall(near):
+                    wall_at = at
                 if turned < ROUND:
                     turned += gap * TURN_RATE
                     wheels = elib.Wheels(-SPIN, SPIN)
                 else:
-                    wheels = follow(near, before, cruise=min(0.4, 0.08 / gap))
+                    wheels = follow(near, before, cruise=min(0.4, 0.08 / gap), is_lost=at - wall_at > CIRCLE)
                 await view.set_speed(*wheels)
                 return robot.time - began > LIMIT * (1 + (is_kidnapped and math.isinf(first)))
 
