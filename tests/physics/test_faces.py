@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +92,26 @@ def test_a_picture_that_is_written_anew_is_seen_in_the_next_world(tmp_path: Path
     Image.new("RGB", (10, 10), GREEN).save(file)
     assert file.stat().st_mtime_ns != before
     assert corners(seen(tmp_path, things)) == ["green"] * 4
+
+
+def test_the_file_of_a_picture_is_asked_for_once_a_world_however_many_pictures_robots_take(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "world.toml"
+    file.write_text(ROOM.format(heading=0.0) + BOX.format(quarters(tmp_path)))
+    world, asked, stat = World(Scene.load(file)), [], Path.stat
+
+    def counting(path: Path, *, follow_symlinks: bool = True) -> os.stat_result:
+        asked.append(path)
+        return stat(path, follow_symlinks=follow_symlinks)
+
+    monkeypatch.setattr(Path, "stat", counting)
+    counts = []
+    for _ in range(3):
+        assert world.picture(0, (-8.0, 0.0, 8.0), (8.0, 0.0)).any()
+        counts.append(asked.count(tmp_path / "quarters.png"))
+    assert counts[0] > 0
+    assert counts == counts[:1] * 3
 
 
 def test_a_world_with_pictures_is_saved_and_opens_as_it_was(tmp_path: Path) -> None:

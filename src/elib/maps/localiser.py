@@ -70,6 +70,8 @@ MAX_GUESSES, MIN_GUESSES, PER_PLACE = 8_000, 300, 15
 FIRST_LOOKS, CANDIDATES, DRAWN = 10, 60_000, 2_000
 """The first looks each try so many places, and draw so many guesses from those that fit. Of guesses that are spread
 evenly, one in 60,000 is within 1 cm and 4 degrees of the robot, in the maze: after a metre none would be left."""
+TOGETHER: Final = 4_000
+"""Guesses that are weighed together: what that takes in between stays in the processor's cache, twice as fast."""
 TELLING: Final = 0.04
 """m from something at which a look tells enough to draw guesses by it."""
 SOUND: Final = 0.75
@@ -185,7 +187,7 @@ class Localiser:
             heading: In the coordinates of the map.
             deviation: Its standard deviation.
         """
-        off = np.remainder(self._guesses[:, 2] - heading + math.pi, math.tau) - math.pi
+        off = wrapped(self._guesses[:, 2] - heading)
         self._weights *= np.exp(-0.5 * np.minimum((off / deviation) ** 2, 50.0))
         self._weights /= self._weights.sum()
         self.estimate = self._judge()
@@ -225,8 +227,7 @@ class Localiser:
             at_x, at_y, heading = self._guesses.T[:3]
             right, up = x - at_x - LENS * np.cos(heading), y - at_y - LENS * np.sin(heading)
             off = np.hypot(right, up) - tag.distance
-            turned = np.arctan2(up, right) - heading - tag.bearing
-            turned = np.remainder(turned + math.pi, math.tau) - math.pi
+            turned = wrapped(np.arctan2(up, right) - heading - tag.bearing)
             self._weigh(np.hypot(off / far, turned / aside))
         self.estimate = self._judge()
         return self.estimate
@@ -318,6 +319,9 @@ class Localiser:
 
     def _likelihoods(self, seen: Floats, guesses: Floats, coarseness: float) -> Floats:
         """Return for each guess how well a look fits, 0 to 1: the geometric mean of its eight distances."""
+        if len(guesses) > TOGETHER:
+            parts = (guesses[first : first + TOGETHER] for first in range(0, len(guesses), TOGETHER))
+            return np.concatenate([self._likelihoods(seen, part, coarseness) for part in parts])
         told = np.nonzero(~np.isnan(seen))[0]
         far = self._expected(guesses)[told]
         off = (seen[told, None].astype(np.float32) - far) / ((NOISE + WRONG * far) * (1 + coarseness))
@@ -345,15 +349,18 @@ class Localiser:
 
     def _expected(self, places: Floats) -> NDArray[np.float32]:
         """Return what each sensor, by rows, would read at each place, by columns; with half the digits, for speed."""
-        x, y, heading = places.T[:3].astype(np.float32)
+        x, y, heading = places.T[:3].astype(np.float32, order="C")
         cosine, sine = np.cos(heading), np.sin(heading)
         cosines, sines = AHEAD * cosine - BESIDE * sine, AHEAD * sine + BESIDE * cosine
         _, rows, columns = self._far.shape
         across = (x - self._x) / self.map.cell + 1 + SENSOR_RADIUS / self.map.cell * cosines
         up = (y - self._y) / self.map.cell + 1 + SENSOR_RADIUS / self.map.cell * sines
         row, column = np.clip(np.rint(up), 0, rows - 1), np.clip(np.rint(across), 0, columns - 1)
-        sector = np.rint((heading + DIRECTIONS) * (BINS / math.tau)).astype(np.int32) % BINS
-        far = self._far.take((sector * rows + row.astype(np.int32)) * columns + column.astype(np.int32))
+        sector = np.rint((heading + DIRECTIONS) * (BINS / math.tau))
+        sector -= BINS * np.floor(sector / BINS)
+        far = self._far.take(
+            (sector.astype(np.int32) * rows + row.astype(np.int32)) * columns + column.astype(np.int32)
+        )
         # From the place of the sensor instead of the middle of its square.
         far -= self.map.cell * ((across - column) * cosines + (up - row) * sines)
         found: NDArray[np.float32] = np.clip(far, 0, FARTHEST)
@@ -421,7 +428,7 @@ class Localiser:
 
     def _judge(self) -> Estimate:
         """Return the likeliest place: the heaviest square of 6 cm and 30 degrees, and what belongs to it around it."""
-        x, y, heading = self._guesses.T[:3]
+        x, y, heading = np.ascontiguousarray(self._guesses.T[:3])
         squares = [np.rint((each - each.min()) / NEAR).astype(np.intp) for each in (x, y)]
         sectors = np.rint(heading / ASIDE).astype(np.intp) % round(math.tau / ASIDE)
         of = (squares[0] * (squares[1].max() + 1) + squares[1]) * round(math.tau / ASIDE) + sectors
@@ -432,8 +439,7 @@ class Localiser:
             whole = weights.sum()
             at_x, at_y = float(weights @ x[best] / whole), float(weights @ y[best] / whole)
             angle = math.atan2(weights @ np.sin(there), weights @ np.cos(there))
-            off = np.remainder(heading - angle + math.pi, math.tau) - math.pi
-            return at_x, at_y, angle, np.hypot(x - at_x, y - at_y), off
+            return at_x, at_y, angle, np.hypot(x - at_x, y - at_y), wrapped(heading - angle)
 
         *_, away, off = around()
         reach, near = NEAR, 0.0
@@ -459,6 +465,11 @@ class Localiser:
             self._settled = 0.0
         self._is_sure = self._settled >= SETTLED and (self._is_sure or pose.uncertainty < KNOWN)
         return Estimate(pose, share, self._fit, self._is_sure)
+
+
+def wrapped(angle: Floats) -> Floats:
+    """Return angles between minus and plus half a turn; five times as fast as a remainder."""
+    return angle - math.tau * np.rint(angle / math.tau)
 
 
 def expected(grid: Grid) -> NDArray[np.float32]:

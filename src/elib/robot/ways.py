@@ -169,13 +169,12 @@ class Guide:
     async def _drive(self, ahead: float, turning: float) -> None:
         """Let both wheels turn, m/s and rad/s, until the next look."""
         self._ahead = ahead
-        rims = [(ahead + side * turning * AXLE / 2) / FASTEST for side in (-1, 1)]
-        scale = max(*map(abs, rims), 1.0)
-        await self.roll(Wheels(rims[0] / scale, rims[1] / scale))
+        await self.roll(Wheels(*((ahead + side * turning * AXLE / 2) / FASTEST for side in (-1, 1))))
 
     async def roll(self, wheels: Wheels) -> None:
-        """Let the wheels turn with these speeds until the next look; more slowly on a slow link."""
-        loop = asyncio.get_running_loop()
+        """Let the wheels turn with these speeds, or as fast as they can, until the next look; less on a slow link."""
+        loop, scale = asyncio.get_running_loop(), max(*map(abs, wheels), 1.0)
+        wheels = Wheels(wheels.left / scale, wheels.right / scale)
         way = max(PERIOD, loop.time() - self._looked) * FASTEST * abs(wheels.left + wheels.right) / 2
         steps = [round(min(1.0, STRETCH / max(way, 1e-9)) * STEPS_PER_REVOLUTION * speed) for speed in wheels]
         await self._mover.motion.set_wheels(self._mover, (steps[0], steps[1]))

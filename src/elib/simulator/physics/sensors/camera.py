@@ -181,6 +181,14 @@ class Hits(NamedTuple):
     shade: Floats
 
 
+class Faces(dict[int, Ints]):
+    """Cells of what surfaces show, by its number, each made once for a world: a picture is read from its file then."""
+
+    def __missing__(self, number: int) -> Ints:
+        self[number] = cells = np.array(cells_of(face_named(number)), np.int64)
+        return cells
+
+
 class Camera:
     """The eye of every robot of one world."""
 
@@ -195,6 +203,7 @@ class Camera:
         self._floor = floor
         painted = np.array(floor.pixels, np.int64).reshape(floor.rows, floor.columns) & 0xFFFFFF
         self._paint = np.pad(painted, 1, constant_values=floor.colour)
+        self._faces = Faces()
 
     def pictures(
         self, scene: CameraScene, chip: Chip, robots: Sequence[int], right: Sequence[float], up: Sequence[float]
@@ -221,7 +230,7 @@ class Camera:
         things = len(scene.walls.x) + len(scene.discs.x) + len(scene.robots.x)
         together = max(1, AT_ONCE // max(len(right) * len(up), things))
         for first in range(0, len(robots), together):
-            look = _Look(scene, chip, np.array(robots[first : first + together]), window)
+            look = _Look(scene, chip, np.array(robots[first : first + together]), window, self._faces)
             words = look.paint(self._paint, self._floor.scale)
             rows = np.ascontiguousarray(words[:, ::-1] if window.is_flipped else words, "<u4")
             parts = rows.view(np.uint8).reshape(*rows.shape, 4)  # Blue, green, red, nothing.
@@ -267,8 +276,8 @@ def _pixel_noise(deviation: tuple[float, ...], factor: float, times: int) -> NDA
 class _Look:
     """What some robots see at one moment through one window."""
 
-    def __init__(self, scene: CameraScene, chip: Chip, robots: Ints, window: Window) -> None:
-        self._scene, self._chip, self._robots, self._window = scene, chip, robots, window
+    def __init__(self, scene: CameraScene, chip: Chip, robots: Ints, window: Window, faces: Faces) -> None:
+        self._scene, self._chip, self._robots, self._window, self._faces = scene, chip, robots, window, faces
         self._heading_x, self._heading_y = scene.robots.heading_x[robots], scene.robots.heading_y[robots]
         self._x = scene.robots.x[robots] + FORWARD * self._heading_x
         self._y = scene.robots.y[robots] + FORWARD * self._heading_y
@@ -502,7 +511,7 @@ class _Look:
         printed, bare = np.zeros((len(hit), 3)), np.ones((len(hit), 1))
         for number in np.unique(face):
             those = face == number
-            cells = np.array(cells_of(face_named(int(number))), np.int64)
+            cells = self._faces[int(number)]
             rows, columns = cells.shape
             side = np.minimum(length[those] / columns, height[those] / rows)
             right = (along[those] - 0.5) * length[those] / side + columns / 2
