@@ -11,6 +11,7 @@ from labs_for_tests import TOP, lab_in, run_program
 
 from elib.lab import running
 from elib.link.protocol.profiles import FIRMWARES
+from lanes import short
 from shared import PATIENCE, run
 
 BLOCKING = """
@@ -135,9 +136,7 @@ def variant(**keys: object) -> str:
     )
 
 
-@pytest.mark.parametrize(
-    "style", [pytest.param(each, marks=pytest.mark.long if each in ("begin", "behaviour") else ()) for each in STYLES]
-)
+@pytest.mark.parametrize("style", short(STYLES, "blocking", "async"))
 def test_a_run_is_the_same_again_however_slow_the_program_is_and_as_in_the_simulator(
     tmp_path: Path, style: str
 ) -> None:

@@ -118,27 +118,32 @@ def lab(tmp_path: Path) -> Lab:
     return load_lab(folder)
 
 
-@pytest.mark.parametrize(
-    "program",
-    [
-        "with elib.connect() as a, elib.connect() as b:\n    a.drive(0.05)\n    b.drive(-0.05)\n",
-        "for _ in range(2):\n    with elib.connect() as robot:\n        robot.drive(0.05)\n",
-        "async def main(robot):\n    await robot.drive(0.05)\nelib.run(main)\nelib.run(main)\n",
-        "robot = elib.connect()\nrobot.set_speed(0.1, 0.1)\n",
-        "with elib.swarm() as robots:\n    robots.set_speed(0.1, 0.1)\n    robots[0].sleep(1)\n",
-        "async def main(robot):\n    await robot.drive(0.05)\n",
-        "with elib.connect() as robot:\n    print(random.random())\n    raise SystemExit(3)\n",
-        "with elib.connect() as robot:\n    1 / 0\n",
-        "with elib.connect() as robot:\n    while True:\n        robot.proximity()\n",
-        "with elib.connect() as robot:\n    robot.sleep(9)\n",
-        "with elib.connect() as robot:\n    while True:\n        robot.sleep(1)\n",
-        "async def main(robot):\n    while True: await asyncio.sleep(1)\nelib.run(main)\n",
-        "async def main(robot):\n    try: await asyncio.sleep(9)\n    finally: print(1)\nelib.run(main)\n",
-        "print('no robot')\n",
-        "a, b, c = [elib.connect() for _ in range(3)]\n",
-        "this is no program",
-    ],
-)
+OTHERS = [
+    "with elib.connect() as a, elib.connect() as b:\n    a.drive(0.05)\n    b.drive(-0.05)\n",
+    "async def main(robot):\n    await robot.drive(0.05)\nelib.run(main)\nelib.run(main)\n",
+    "with elib.connect() as robot:\n    1 / 0\n",
+    "with elib.connect() as robot:\n    while True:\n        robot.sleep(1)\n",
+    "this is no program",
+    *(
+        pytest.param(each, marks=pytest.mark.long)
+        for each in (
+            "for _ in range(2):\n    with elib.connect() as robot:\n        robot.drive(0.05)\n",
+            "robot = elib.connect()\nrobot.set_speed(0.1, 0.1)\n",
+            "with elib.swarm() as robots:\n    robots.set_speed(0.1, 0.1)\n    robots[0].sleep(1)\n",
+            "async def main(robot):\n    await robot.drive(0.05)\n",
+            "with elib.connect() as robot:\n    print(random.random())\n    raise SystemExit(3)\n",
+            "with elib.connect() as robot:\n    while True:\n        robot.proximity()\n",
+            "with elib.connect() as robot:\n    robot.sleep(9)\n",
+            "async def main(robot):\n    while True: await asyncio.sleep(1)\nelib.run(main)\n",
+            "async def main(robot):\n    try: await asyncio.sleep(9)\n    finally: print(1)\nelib.run(main)\n",
+            "print('no robot')\n",
+            "a, b, c = [elib.connect() for _ in range(3)]\n",
+        )
+    ),
+]
+
+
+@pytest.mark.parametrize("program", OTHERS)
 def test_other_programs_are_judged_as_the_marker_judges_them(program: str, lab: Lab, run: Run, tmp_path: Path) -> None:
     before = random.getstate()
     text = program if program.startswith("this") else f"import asyncio\nimport random\nimport elib\n{program}"
