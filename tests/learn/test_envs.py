@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -211,7 +212,8 @@ def test_the_info_holds_what_a_world_with_a_state_knows_of_the_robot() -> None:
     zones = (Zone("far", 0.4, 0.1, radius=0.05), Zone("here", 0.1, 0.3, radius=0.05, score=2.0))
     scene = Scene(0.5, 0.4, step=1 / 40, zones=zones, energy=Energy(0.4), starts=(Pose(0.1, 0.3),))
     defects = (Defect("proximity", stuck=70.0), Defect("wheel", (0,), factor=0.5))
-    task = make_task(scenes=(scene,), is_over=None, randomisation=Randomisation(defects=defects, broken=0.6))
+    task = make_task(is_over=None, randomisation=Randomisation(defects=defects, broken=0.6))
+    task = replace(task, scenes=(scene,))
     worlds, found = several(12, task), []
     worlds.reset(seed=1)
     *_, infos = worlds.step(np.zeros((12, 2), np.float32))
