@@ -12,7 +12,7 @@ import time
 from typing import Any
 
 import numpy as np
-from evolution import evolved, warm
+from evolution import TEST, evolved, middle, warm
 from harness import ROOT, Table, Tables, quick, run, use_tests
 
 from elib.learn import Champion, Episodes, Task, find_task
@@ -24,8 +24,6 @@ from elib.studies.report import COLOURS, GRID, INK, PAPER, save, trim
 PAGE = ROOT / "docs/guides/ppo.md"
 SHOWN = range(2_000_000, 2_000_020)
 """Seeds of the episodes of the curves."""
-TEST = range(3_000_000, 3_000_100)
-"""Seeds of the episodes of the tables."""
 
 Curve = list[tuple[float, float, float]]
 """Decisions, CPU seconds and mean fitness."""
@@ -138,10 +136,8 @@ def summary(rows: dict[str, dict[str, Any]], curves: dict[str, list[Curve]]) -> 
     """Return the middle of all seeds, and their range."""
     found: dict[str, dict[str, Any]] = {}
     for method in curves:
-        own = [row for row_name, row in rows.items() if row_name.startswith(method)]
-        columns = {column: [row[column] for row in own] for column in own[0]}
-        found[f"{method}, median"] = {column: float(np.median(each)) for column, each in columns.items()}
-        found[f"{method}, range"] = {column: f"{min(e):.3g} to {max(e):.3g}" for column, e in columns.items()}
+        own = {name: row for name, row in rows.items() if name.startswith(method)}
+        found |= {f"{method}, {name}": row for name, row in middle(own).items()}
     return found
 
 

@@ -6,7 +6,8 @@ import inspect
 import re
 
 from elib import learn
-from elib.learn.envs import Environment, TaskEnv
+from elib.learn.envs import Environment, TaskEnv, TaskVectorEnv
+from elib.learn.swarm_envs import SwarmEnv
 from elib.simulator.physics.records import Lamp, Robot, Thing, Tone
 from generator.markdown import docstring, joined, table
 from generator.robot import function
@@ -18,8 +19,10 @@ What `elib.learn` has for programs. [Evolve a controller](../guides/evolve.md) a
 [Gymnasium](../guides/gymnasium.md) show how to use it, and [Tasks](tasks.md) lists the tasks that come with elib. To
 evolve, you need the extra `learn`.
 """
-CLASSES = (learn.Task, learn.Randomisation, learn.Law, learn.Champion, learn.Episodes)
-FUNCTIONS = (learn.all_tasks, learn.find_task, learn.find_controller, learn.load_champion, learn.read_study)
+FIRST = (learn.Task, learn.Randomisation)
+PUBLIC = sorted((getattr(learn, name) for name in learn.__all__), key=lambda each: each not in FIRST)
+CLASSES = [each for each in PUBLIC if isinstance(each, type)]
+FUNCTIONS = [each for each in PUBLIC if not isinstance(each, type)]
 
 REWARDS = """## What a reward sees
 
@@ -45,6 +48,10 @@ def page() -> str:
         own(TaskEnv, "elib.learn.envs"),
         docstring(TaskEnv.__init__.__doc__),
         docstring(Environment.__doc__),
+        own(TaskVectorEnv, "elib.learn.envs"),
+        docstring(TaskVectorEnv.__init__.__doc__),
+        own(SwarmEnv, "elib.learn.swarm_envs"),
+        docstring(SwarmEnv.__init__.__doc__),
     ]
     parts += [*(function(each, "elib.learn") for each in FUNCTIONS), REWARDS]
     parts += [*(f"### `{name}`\n\n{record(kind)}" for name, kind in RECORDS)]

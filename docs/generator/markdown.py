@@ -44,6 +44,9 @@ def _blocks(text: str) -> Iterable[str]:
             yield entries(block[head.end() :], is_list=section not in ("Returns", "Yields"))
             continue
         section = ""
+        if block.startswith("* "):
+            yield "\n".join(f"- {inline(each)}" for each in re.split(r"^\* ", block, flags=re.MULTILINE) if each)
+            continue
         plain = inline(block).removesuffix(" ::").removesuffix("::")
         if plain and not plain.endswith((".", ":")):
             plain += ":"  # what follows is shown

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import elib
-from elib.simulator.physics import Box, Cylinder, Lamps, Light, Patch, Polygon, Print, SensorView, Sound, Stripe, Wall
-from elib.simulator.physics.fittings import Checkers
+from elib import learn
+from elib.simulator import physics
+from elib.simulator.physics import Event, RobotView, SensorView, Snapshot
 from generator.markdown import docstring, joined
 from generator.robot import entry
 
@@ -17,7 +18,9 @@ to run one fast.
 """
 RUNS = (elib.World, elib.Batch, elib.Controller, SensorView)
 PUBLIC = (elib.Scene, elib.EpuckModel, elib.Pose)
-PARTS = (Wall, Box, Cylinder, Polygon, Light, Sound, Stripe, Checkers, Print, Patch, Lamps)
+TOLD = (Snapshot, RobotView, Event)
+ELSEWHERE = {*RUNS, *PUBLIC, *TOLD, physics.Records, *(getattr(learn, name) for name in learn.__all__)}
+PARTS = [each for each in (getattr(physics, name) for name in physics.__all__) if each not in ELSEWHERE]
 
 
 def page() -> str:
@@ -25,6 +28,7 @@ def page() -> str:
     parts = [INTRODUCTION, *(own(each) for each in RUNS), "# What a scene is made of"]
     parts += [*(own(each) for each in PUBLIC), "The parts of a scene come from `elib.simulator.physics`."]
     parts += [f"## {each.__name__}\n\n{docstring(each.__doc__)}" for each in PARTS]
+    parts += ["# What a world tells", *(f"## {each.__name__}\n\n{docstring(each.__doc__)}" for each in TOLD)]
     return joined(parts)
 
 

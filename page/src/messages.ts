@@ -173,7 +173,7 @@ export type Asked = {
     stuck?: number | null;
     channel?: number;
   };
-  /** Mend all parts of a robot that were broken by hand. */
+  /** Mend all parts of a robot, also those that a fault script broke: it may break some again when it goes on. */
   mend_parts: { robot: number | string; channel?: number };
   /** Cut a robot's link: its program loses it, and no program can open it until mend. */
   cut: { robot: number | string; channel?: number };

@@ -90,6 +90,29 @@ def test_in_the_world_of_its_task_it_drives_an_episode_and_says_its_fitness(
     assert float(found[3]) == pytest.approx(seconds, abs=0.2)
 
 
+def test_scene_and_seed_choose_the_world_of_its_task_and_the_starts(
+    best: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    task = (
+        "from elib import Scene\nfrom elib.learn import Task\n"
+        "scenes = tuple(Scene(width, 0.6, step=1 / 40) for width in (0.77, 3.0))\n"
+        "TASK = Task('where', 'Say where the wall is.', scenes, seconds=0.1, fitness='sum',\n"
+        "    reward=lambda world, i: world.robots[i].x + 10 * (world.setting[0].width > 1))\n"
+    )
+    (best.parent / "my_task.py").write_text(task)
+
+    def fitness(*chosen: str) -> float:
+        code, _, err = run(capsys, str(best), "--", *chosen)
+        assert code == 0, err
+        return float(err.split()[err.split().index("fitness") + 1].rstrip(","))
+
+    assert 0 < fitness() < 4 * 0.77
+    found = [fitness("--scene", "2", "--seed", seed) for seed in ("1", "2", "1")]
+    assert all(40 < each < 40 + 4 * 3 for each in found)
+    assert found[0] == found[2] != found[1]
+    assert run(capsys, str(best), "--", "--help")[0] == 0
+
+
 def test_a_robot_that_is_named_needs_no_task(best: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (best.parent / "my_task.py").unlink()
     plot, log = best.with_name("drive.svg"), best.with_name("drive.log")
@@ -108,7 +131,9 @@ def test_a_robot_that_is_named_needs_no_task(best: Path, capsys: pytest.CaptureF
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (("best.toml", "--", "--fast"), 2, "error: best.toml takes no arguments, but there is '--fast'"),
+        (("best.toml", "--", "--fast"), 2, "hint: elib run best.toml -- --help"),
+        (("best.toml", "--", "--scene", "2"), 2, "hint: nothing has the worlds 1 to 1: "),
+        (("best.toml", "--robot", FAST, "--", "--seed", "2"), 2, "takes no arguments on a robot that you name"),
         (("bets.toml",), 2, "hint: did you mean best.toml?"),
         (("else/no.toml",), 2, "hint: elib evolve TASK writes the best controller"),
         (("bad.toml",), 1, "error: bad.toml:5: hiden is not a key of a controller's file\nhint: did you mean hidden?"),

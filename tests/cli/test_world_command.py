@@ -61,6 +61,13 @@ def test_the_list_as_json_has_all_of_it(printed: Told) -> None:
     assert "crowd" in worlds["crowd"]["about"]
 
 
+def test_what_a_wall_or_a_box_shows_to_cameras_is_shown(gate: Path, printed: Told) -> None:
+    gate.write_text(GATE.replace("to = [0.5", 'face = "tag:7"\nto = [0.5').replace("mass =", 'face = "tag:8"\nmass ='))
+    out = " ".join(printed("world", "show", gate).split())
+    assert "to (0.5, 0.25), shows tag:7" in out
+    assert "pushable, 0.05 kg, shows tag:8" in out
+
+
 def test_what_is_in_a_world_is_shown_a_line_a_thing(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["world", "show", str(gate)]) == 0
     out, err = capsys.readouterr()

@@ -244,7 +244,7 @@ async def test_faults_set_by_hand_come_on_top_of_a_fault_script(room, tmp_path):
         await robot.close()
 
 
-async def test_parts_broken_by_hand_come_on_top_of_a_fault_script_and_are_mended_alone(control, urls):
+async def test_parts_broken_by_hand_come_on_top_of_a_fault_script_and_are_mended_one_by_one_or_all(control, urls):
     robot = control.simulation.robots[0]
     robot.break_parts("Sensor", (Defect("proximity", (1,), stuck=100.0),))
     control.set_defect(0, "proximity", 1, shift=50.0)
@@ -255,8 +255,11 @@ async def test_parts_broken_by_hand_come_on_top_of_a_fault_script_and_are_mended
     control.set_defect(0, "clock")
     assert control.link(0).broken == ("proximity 1 stuck at 100", "proximity 1 +70")
     assert robot.emulator.pace == 1.0
-    control.mend_parts(0)
+    control.set_defect(0, "proximity", 1)
     assert control.world.proximity(0)[1] == 100
+    control.mend_parts(0)
+    assert control.link(0).broken == ()
+    assert control.world.proximity(0)[1] != 100
     for wrong in ({"of": "nose"}, {"of": "ground", "number": 7, "stuck": 1.0}, {"of": "clock", "factor": 50.0}):
         with pytest.raises(ArgumentError):
             control.set_defect(0, **wrong)

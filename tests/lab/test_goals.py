@@ -61,6 +61,7 @@ CASES = [
     ('kind = "reach"\nzone = "ahead"\nat_end = true', f"{AHEAD}; robot.drive(-0.1)", False, "but not at the end"),
     ('kind = "reach"\nzone = "ahead"\nat_end = true', AHEAD, True, "in the zone ahead at the end"),
     ('kind = "visit"\nzones = ["behind", "ahead"]', f"{AHEAD}; robot.drive(-0.35)", True, "visited 2 zones"),
+    ('kind = "visit"\nzones = ["behind", "ahead"]\ncount = 1', AHEAD, True, "visited 1 zone, the last one"),
     (
         'kind = "visit"\nzones = ["behind", "ahead"]\nordered = true',
         f"{AHEAD}; robot.drive(-0.1)",
@@ -150,6 +151,8 @@ TOGETHER = [
     ('kind = "score"\nenergy = 0.5', "robots[1].drive(0.0)", False, "robot 2: 0 points, 100% energy"),
     ('kind = "stands"', "robots[1].set_speed(0.1, 0.1); os._exit(0)", False, "robot 2: its wheels still turn"),
     ('kind = "outdoes"', "robots[1].drive(0.0)", False, "there is no other program"),
+    ('kind = "catches"\nzones = ["nest"]', "robots[1].drive(0.0)", False, "there is no other program"),
+    ('kind = "reach"\nzone = "nest"\nrobot = 1', "robots[1].drive(0.0)", True, "in the zone nest after 0.0 s"),
     ('kind = "stands"\nrobot = 1', "robots[1].set_speed(0.1, 0.1); os._exit(0)", True, "its wheels stand"),
 ]
 

@@ -15,8 +15,8 @@ from labs_for_tests import Talker
 
 from elib.base.errors import SimulationError
 from elib.lab import Lab, load_lab, run_together, running
-from elib.lab.goal import Trace
-from elib.lab.goals import Outdoes
+from elib.lab.goal import Trace, Zone
+from elib.lab.goals import Catches, Outdoes
 from elib.lab.league import outcome, pairs, standings, to_html, to_json, to_rows
 from elib.lab.marker import RunOver, wall_over
 from elib.lab.marking import Mark, mark, play, play_all
@@ -92,6 +92,33 @@ def programs(folder: Path, **texts: str) -> list[Submission]:
 
 def league(game: Lab, submissions: list[Submission]) -> list[list[Mark]]:
     return [play(game.folder, each, safe=False, draws=False) for each in pairs(submissions)]
+
+
+@pytest.mark.parametrize(
+    ("own", "other", "holds", "text"),
+    [
+        ([0.0, 0.2, 0.3], [0.5, 0.5, 0.39], True, "caught the other one after 0.5 s"),
+        ([0.0, 0.2, 0.2], [0.5, 0.5, 0.5], False, "0.30 m at the nearest, after 0.2 s"),
+        ([0.5, 0.5, 0.39], [0.0, 0.2, 0.3], False, "caught after 0.5 s"),
+        ([0.5, 0.5, 0.5], [0.0, 0.2, 0.2], True, "0.30 m at the nearest, after 0.2 s"),
+    ],
+)
+def test_who_begins_in_the_zone_must_catch_the_other_one_and_who_does_not_must_get_away(
+    own: list[float], other: list[float], holds: bool, text: str
+) -> None:
+    paths = [[[(x, 0.0, 0.0)] for x in path] for path in (own, other)]
+    trace = Trace(step=0.25, poses=paths[0], others=paths[1], zones={"seeker": Zone("seeker", 0.0, 0.0, radius=0.1)})
+    assert Catches(name="catches", zones=("seeker",), within=0.1).judge(trace) == (holds, text)
+
+
+def test_a_league_shows_no_goals_of_a_program_that_failed(game: Lab, tmp_path: Path) -> None:
+    found = play(game.folder, programs(tmp_path / "class", crashes=CRASHES, stands=STANDS), safe=False, draws=False)
+    page, values = to_html(game, standings([found]), [found]), to_json(game, standings([found]), [found])
+    crashed, stood = page.partition("crashes.py lost")[2].split("stands.py won")
+    assert "<li" not in crashed
+    assert "RuntimeError" in crashed
+    assert "wins</b> fails" in stood
+    assert values["games"][0]["goals"][0] == {}
 
 
 def test_the_faster_of_two_programs_wins_on_either_side_and_each_has_one_robot(game: Lab, tmp_path: Path) -> None:

@@ -18,8 +18,10 @@ from labs_for_tests import WORLD
 from elib.base.errors import ArgumentError
 from elib.cli.labmark import print_table
 from elib.lab import load_lab
+from elib.lab.goal import MISSED, GoalResult
 from elib.lab.marking import Mark, mark, mark_all
 from elib.lab.marksheet import to_html, to_rows
+from elib.lab.mistakes import also_failed, wrong_claim
 from elib.lab.sandbox import LIMITS, Limits, family
 from elib.lab.submissions import find_submissions
 from shared import PATIENCE, run, wait_until
@@ -448,6 +450,17 @@ def test_a_mistake_that_is_checked_alone_says_whether_it_fails_as_its_first_line
     done = run([sys.executable, "-m", "elib", "lab", "check", str(mistakes / name)])
     assert done.returncode == bool(wrong), done.stderr
     assert f"{name}: {wrong or 'it fails as its first line says'}" in done.stderr
+
+
+def test_a_mistake_that_fails_goals_which_its_first_line_does_not_name_says_so(lab: Path) -> None:
+    found, goals = load_lab(lab), load_lab(lab).goals
+    assert len(goals) > 1
+    text = f"# fails: {goals[0].name}: it stands\n"
+    runs = [[GoalResult(goal, False, "it stands") for goal in goals]]
+    assert wrong_claim(found, text, runs) == ""
+    assert also_failed(found, text, runs) == f", and also {' and '.join(goal.name for goal in goals[1:])}"
+    runs = [[GoalResult(goal, False, "it stands" if goal is goals[0] else f"{MISSED}...") for goal in goals]]
+    assert also_failed(found, text, runs) == ""
 
 
 def test_a_mistake_that_passes_is_named(lab: Path) -> None:

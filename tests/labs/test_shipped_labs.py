@@ -63,11 +63,11 @@ def first_line(lab: Lab, program: str) -> re.Match[str]:
     return found
 
 
-def test_seventeen_labs_come_with_elib_from_10_cm_to_broken_robots() -> None:
-    assert len(NAMES) == 17
+def test_eighteen_labs_come_with_elib_from_10_cm_to_broken_robots() -> None:
+    assert len(NAMES) == 18
     assert (NAMES[0], NAMES[-1]) == ("go-10-cm", "find-the-broken-robot")
     numbers = [tomllib.loads((LABS[name].folder / "lab.toml").read_text())["number"] for name in NAMES]
-    assert numbers == list(range(1, 18))
+    assert numbers == list(range(1, 19))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -137,6 +137,13 @@ def test_a_robot_that_only_stands_gets_no_points(name: str, tried: Tried, tmp_pa
     result = tried(name, str(program), LABS[name].variants[0])
     assert result.ending == "ended"
     assert not any(each.holds for each in result.goals), told(result)
+
+
+@pytest.mark.long
+def test_a_robot_that_stands_on_the_first_feeder_gets_no_points_in_the_energy_game(tried: Tried) -> None:
+    for variant in LABS["energy-game"].variants:
+        result = tried("energy-game", "teacher/mistakes/stays.py", variant)
+        assert not any(each.holds for each in result.goals), told(result)
 
 
 @pytest.mark.parametrize(

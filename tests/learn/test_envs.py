@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -21,7 +22,7 @@ from elib.base.errors import ArgumentError
 from elib.learn import all_tasks
 from elib.learn.envs import TaskEnv, TaskVectorEnv
 from elib.learn.sensors import channels_of
-from elib.simulator.physics import EpuckModel, Randomisation, Scene, SensorView, Task
+from elib.simulator.physics import Defect, Energy, EpuckModel, Pose, Randomisation, Scene, SensorView, Task, Zone
 from elib.simulator.physics.records import SENSORS
 from shared import PATIENCE, needs_page
 
@@ -205,6 +206,24 @@ def test_the_end_says_its_fitness_and_whether_that_is_a_success() -> None:
         assert all(info.keys() == {"pose", "is_touching"} for *_, info in before)
         assert last[4]["is_success"] is (last[4]["fitness"] >= 0.01)
         assert last[4]["fitness"] == pytest.approx(sum(step[1] for step in [*before[1:], last]))
+
+
+def test_the_info_holds_what_a_world_with_a_state_knows_of_the_robot() -> None:
+    zones = (Zone("far", 0.4, 0.1, radius=0.05), Zone("here", 0.1, 0.3, radius=0.05, score=2.0))
+    scene = Scene(0.5, 0.4, step=1 / 40, zones=zones, energy=Energy(0.4), starts=(Pose(0.1, 0.3),))
+    defects = (Defect("proximity", stuck=70.0), Defect("wheel", (0,), factor=0.5))
+    task = make_task(is_over=None, randomisation=Randomisation(defects=defects, broken=0.6))
+    task = replace(task, scenes=(scene,))
+    worlds, found = several(12, task), []
+    worlds.reset(seed=1)
+    *_, infos = worlds.step(np.zeros((12, 2), np.float32))
+    for k in range(12):
+        *_, (seen, _, _, _, info) = played(single(task), 1 + k, np.zeros((1, 2), np.float32))
+        assert (info["energy"], info["score"], info["zones"]) == (pytest.approx(0.96), 2.0, 0b10)
+        assert (seen == 70.0).all() == (info["defect"] == 0)
+        assert all(infos[name][k] == info[name] for name in ("energy", "score", "zones", "defect"))
+        found.append(info["defect"])
+    assert set(found) == {-1, 0, 1}
 
 
 # -- mistakes --

@@ -14,6 +14,7 @@ from elib.base.body import METRES_PER_STEP, step_rate
 from elib.simulator.physics import Box, Cylinder, Episodes, EpuckModel, Light, Pose, Randomisation
 from elib.simulator.physics.course import START
 from elib.simulator.physics.noise import bits, seed_key
+from elib.simulator.physics.observing import goal
 from elib.simulator.physics.placement import places
 from lanes import few_and_many
 
@@ -256,6 +257,10 @@ def pushes(world, i):
     return 1.0
 
 
+def light(world, i):
+    return world.lamps[0].x
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -271,14 +276,21 @@ def pushes(world, i):
         ),
         (
             {"reward": flies},
-            "'Robot' object has no attribute 'vx'.*\nhint: it has x, y, heading_x, heading_y, before_x",
+            "'Robot' object has no attribute 'vx'.*\nhint: did you mean x. it has x, y, heading_x, h",
         ),
-        ({"reward": grows}, "'Records' object has no attribute 'robot'.*\nhint: it has setting, tables, robots, views"),
+        (
+            {"reward": grows},
+            "'Records' object has no attribute 'robot'.*\nhint: did you mean robots. it has set",
+        ),
         ({"reward": fails}, "a function of task 'test' fails in the first tick: IndexError"),
+        ({"reward": light}, r"IndexError.*, in test_episodes.py, line \d+: return .*\nhint: the first .* 0 lamps, "),
+        ({"observe": (goal(lamp=3),)}, r"IndexError.*lamps\[lamp\].*\nhint: the first has the number 0; .* 0 lamps, "),
+        ({"observe": goal(1.0, 1.0)}, r"observe is .*; it must be a tuple of observations\nhint: such as observe=\(g"),
         ({"reward": not_a_number}, r"the reward of task 'test' is \[inf\] in the first tick"),
         ({"is_over": fails}, "the end of task 'test' takes a memory, and the task declares none"),
         ({"reward": pushes}, "a function of task 'test' changes the world, or a variable"),
-        ({"sensors": ("sonar",)}, "there is no sensor 'sonar'"),
+        ({"sensors": ("sonar",)}, "there is no sensor 'sonar'\nhint: choose one of proximity, "),
+        ({"sensors": ("proximit",)}, "there is no sensor 'proximit'\nhint: did you mean proximity?"),
         ({"period": 0.03}, "a period of 0.03 s is not a whole number of ticks of 0.025 s"),
         ({"seconds": 0.05}, r"an episode of 0.05 s is shorter than a period, 0.1 s"),
         ({"robots": 0}, "the task's robots"),
@@ -289,10 +301,6 @@ def pushes(world, i):
 def test_a_task_with_a_mistake_says_which(change, message):
     with pytest.raises(ArgumentError, match=message):
         Episodes(task(BARE, **change), engine="interpreted")
-
-
-def light(world, i):
-    return world.lamps[0].x
 
 
 def test_a_reward_that_reads_what_one_of_the_scenes_does_not_have_is_refused():

@@ -188,8 +188,19 @@ def test_a_world_goes_back_to_what_zones_doors_and_energies_were_and_is_saved_as
     [
         ('[[zone]]\nname = "a"', None),
         ('[[zone]]\nname = "a"\n[[zone]]\nname = "a"', r"x.toml:6: zone\[1\].name is \"a\""),
-        ('[[zone]]\nname = "a"\nposition = [0.1, 0.1]', r"x.toml:4: zone\[0\].name is missing a part of its shape"),
-        ('[[zone]]\nname = "a"\nradius = 0.1', "is missing a part of its shape"),
+        (
+            '[[zone]]\nname = "a"\nposition = [0.1, 0.1]',
+            r'x.toml:4: zone\[0\].name is "a": the zone has a position, but no radius and no size',
+        ),
+        ('[[zone]]\nname = "a"\nradius = 0.1', "the zone has a radius or size, but no position"),
+        (
+            '[[zone]]\nname = "a"\nposition = [1.3, 0.5]\nradius = 0.2',
+            r"x.toml:5: zone\[0\].position puts all of the zone outside the arena of 1 x 1 m",
+        ),
+        (
+            '[[zone]]\nname = "a"\npoints = [[0, -1], [1, -1], [1, -0.1]]',
+            r"x.toml:5: zone\[0\].points puts all of the zone outside the arena",
+        ),
         ('[[zone]]\nname = "a"\npoints = [[0, 0], [1, 1]]', r"x.toml:5: zone\[0\].points has too few corners"),
         (
             '[[zone]]\nname = "a"\nby = "key"',

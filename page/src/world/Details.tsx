@@ -204,7 +204,7 @@ function Group({ title, children }: { title: string; children: ComponentChildren
 function Sensors({ proximity }: { proximity?: number[] }) {
   return (
     <Group title="Infrared sensors">
-      <p class="hint">True values, without noise</p>
+      <p class="hint">What they read now, without noise</p>
       <div class="bars" role="group" aria-label="infrared sensors, counts">
         {SIDES.flatMap((name, k) => [
           <span>{`IR${k} ${name}`}</span>,

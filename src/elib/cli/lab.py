@@ -24,7 +24,7 @@ from elib.lab import VariantResult, find_lab, load_lab, run_together
 from elib.lab.goal import points
 from elib.lab.labfile import shipped_labs
 from elib.lab.marker import WALL
-from elib.lab.mistakes import is_mistake, wrong_claim
+from elib.lab.mistakes import also_failed, is_mistake, wrong_claim
 from elib.lab.picture import PICTURE, draw_lab
 from elib.lab.result import ENDING, read_result
 from elib.lab.running import PlainProgram, plain_opponents
@@ -195,8 +195,9 @@ def check(
     if claimed is not None and (doubt := claimed.doubt(found, results)):
         say(f"What {path.name} says was not believed: {doubt}.")
     if is_wrong:
-        wrong = wrong_claim(found, path.read_text("utf-8", "replace"), [result.goals for result in results])
-        say(f"{path.name}: {wrong or 'it fails as its first line says'}")
+        told = found, path.read_text("utf-8", "replace"), [result.goals for result in results]
+        wrong = wrong_claim(*told)
+        say(f"{path.name}: {wrong or f'it fails as its first line says{also_failed(*told)}'}")
         passed = not wrong
     if not passed:
         raise SystemExit(FAILED)

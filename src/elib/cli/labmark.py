@@ -20,7 +20,7 @@ from elib.lab import Lab, find_lab, load_lab
 from elib.lab import league as leagues
 from elib.lab.marking import Mark, mark_all, play_all
 from elib.lab.marksheet import to_csv, to_html, to_json, to_rows
-from elib.lab.mistakes import is_mistake, wrong_claim
+from elib.lab.mistakes import also_failed, is_mistake, wrong_claim
 from elib.lab.sandbox import check_walls
 from elib.lab.similar import similar
 from elib.lab.submissions import Submission, find_submissions
@@ -138,9 +138,12 @@ def _wrong(lab: Lab, submissions: Sequence[Submission], marks: Sequence[Mark]) -
     """Yield which mistakes of the lab do not fail as they say."""
     for submission, mark in zip(submissions, marks, strict=True):
         text = submission.files.get(submission.main, b"").decode(errors="replace")
-        found = wrong_claim(lab, text, [run.goals for run in mark.runs])
+        goals = [run.goals for run in mark.runs]
+        found, others = wrong_claim(lab, text, goals), also_failed(lab, text, goals)
         if found:
             yield f"{mark.name}: {found}"
+        elif others:
+            say(f"{mark.name}: it fails as its first line says{others}")
 
 
 def print_table(table_rows: Sequence[list[str]]) -> None:

@@ -88,13 +88,13 @@ def choose(
     the end.
 
     `elib run best.toml` lets the best controller that `elib evolve` found drive: without --robot an episode in the
-    world of its task, whose fitness is printed, with --robot URL your robot. Name several robots to let it drive each
-    of them.
+    first world of its task, whose fitness is printed, with --robot URL your robot. Name several robots to let it drive
+    each of them. Behind `--`, `--scene N` and `--seed N` choose another world of the task, and other starts and robots.
 
     For example:
         elib run avoid
         elib run my_robot.py --robot serial:///dev/rfcomm0 --for 60
-        elib run best.toml --view
+        elib run best.toml --view -- --scene 3 --seed 7
     """
     if program is not None and is_program(program):
         run(find_program(program), arguments=arguments, robots=robot or (), **vars(how))

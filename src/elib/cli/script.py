@@ -164,20 +164,35 @@ def given_in(options: Any, behaviour: Behaviour) -> dict[str, Any]:
 
 
 def _champion(path: Path, arguments: Sequence[str], *, is_named: bool) -> AbstractContextManager[Behaviour]:
-    """Return a context that yields the controller of a file as a behaviour, by itself in its task's world."""
+    """Return a context that yields the controller of a file as a behaviour, by itself in a world of its task."""
     from elib.learn.champion import load_champion  # programs do without it
     from elib.learn.linked import one_episode
 
-    if arguments:
-        raise ArgumentError(f"{path.name} takes no arguments, but there is {arguments[0]!r}", hint="leave out --")
     champion = load_champion(path)
+    if is_named and arguments:
+        raise ArgumentError(
+            f"{path.name} takes no arguments on a robot that you name, but there is {arguments[0]!r}",
+            hint="leave out --robot: then --scene and --seed choose a world of its task",
+        )
     try:
         champion.find_task()
     except ArgumentError:
         if not is_named:
             raise
         return contextlib.nullcontext(champion.behaviour())  # the file of its task is on another computer
-    return one_episode(champion)
+    chosen: dict[str, Any] = {}
+
+    def choose(
+        *,
+        scene: Annotated[int, option("--scene N", "Which world of its task, from 1.")] = 1,
+        seed: Annotated[int | None, option("--seed N", "Seed of starts, robots and noise.")] = None,
+    ) -> None:
+        chosen.update(scene=scene, seed=seed)
+
+    execute_own(f"elib run {path} --", choose, arguments, page=f"Drive an episode of the task {champion.task}.")
+    if not chosen:  # its page was asked for
+        raise SystemExit(DONE)
+    return one_episode(champion, **chosen)
 
 
 class ProgramRun:

@@ -23,7 +23,7 @@ from elib.link.protocol.profiles import FIRMWARES
 from elib.simulator.drawing import draw_png
 from elib.simulator.physics import Box, Cylinder, EpuckModel, Scene, World
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe, Zone
-from elib.simulator.physics.geometry import WALL_COLOUR
+from elib.simulator.physics.geometry import WALL_COLOUR, Wall
 from elib.simulator.worlds.files import WorldFile, gallery, load_file, parse, source_of
 from elib.simulator.worlds.importing import READERS, read_world
 from elib.simulator.worlds.oddities import oddities
@@ -196,7 +196,9 @@ def _contents(scene: Scene, world: World) -> list[tuple[str, str]]:
         ("time", f"steps of {scene.step:g} s, seed {scene.seed}"),
         *_lines("robots", _robots(scene, world)),
         *_lines("e-puck", _model(scene.model)),
-        *_lines("walls", (f"({wall.x1:g}, {wall.y1:g}) to ({wall.x2:g}, {wall.y2:g})" for wall in scene.walls)),
+        *_lines(
+            "walls", (f"({wall.x1:g}, {wall.y1:g}) to ({wall.x2:g}, {wall.y2:g}){_face(wall)}" for wall in scene.walls)
+        ),
         *_lines("boxes", (_thing(box, f"{box.width:g} x {box.depth:g} m") for box in scene.boxes)),
         *_lines("cylinders", (_thing(each, f"radius {each.radius:g} m") for each in scene.cylinders)),
         *_lines(
@@ -247,7 +249,12 @@ def _thing(thing: Box | Cylinder, size: str) -> str:
         parts.append(f"door of {thing.switch}")
     if isinstance(thing, Cylinder) and thing.collect:
         parts.append(f"puck of {thing.collect}")
-    return ", ".join(parts)
+    return ", ".join(parts) + _face(thing)
+
+
+def _face(thing: Wall | Box | Cylinder) -> str:
+    """Return what a thing shows to cameras."""
+    return f", shows {thing.face}" if not isinstance(thing, Cylinder) and thing.face else ""
 
 
 def _zone(zone: Zone) -> str:

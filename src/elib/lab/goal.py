@@ -87,6 +87,7 @@ class Trace:
     # points of each robot at the end, how long it had energy, s, and what is left of that, 0..1
     earned: Sequence[tuple[float, float, float]] = ()
     rivals: Sequence[tuple[float, float, float]] = ()  # the same of the other program's robots in a game
+    others: Sequence[Sequence[Place]] = ()  # where those were: for each tick the places of all of them
     # where the middle of each box and cylinder with a name is at the end, m
     things: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     zones: Mapping[str, Zone] = field(default_factory=dict)
@@ -153,7 +154,7 @@ class Goal:
             named = getattr(self, key, ())
             for name in (named,) if isinstance(named, str) else named:
                 if name not in zones:
-                    hint = nearest(name, zones) if zones else "write its [[zone]] here: a world's zones are others"
+                    hint = nearest(name, zones) if zones else "write its [[zone]] here, or name a zone of the world"
                     raise Mistake(f'names "{name}", and there is no such zone', path=(key,), hint=hint)
         self._check(things, stripes)
 

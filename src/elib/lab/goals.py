@@ -11,7 +11,7 @@ from typing import Annotated, TypeVar, dataclass_transform
 
 from elib.base.plaintext import counted
 from elib.base.rules import Degrees, Mistake, Number, Several, Text, Whole, nearest
-from elib.lab.goal import Finding, Goal, Name, Names, Place, Seconds, Stretch, Trace, Zone
+from elib.lab.goal import MAX_NAMES, Finding, Goal, Name, Names, Place, Seconds, Stretch, Trace, Zone
 from elib.lab.printed import MAX_SQUARES, Patch, compared, last_map
 from elib.link.protocol.commands import SPECS
 from elib.simulator.physics.geometry import segment_distance
@@ -69,13 +69,16 @@ class Visit(Goal):
     Attributes:
         zones: The zones.
         ordered: Whether it must come to them in this order.
+        count: How many of them are enough; None for all.
     """
 
     zones: ZoneNames
     ordered: bool = False
+    count: Annotated[int, Whole(1, MAX_NAMES, example="2", otherwise="all zones")] | None = None
 
     def _sentence(self) -> str:
-        return f"The robot visits {', '.join(self.zones)}{' in this order' if self.ordered else ''}."
+        some = "" if self.count is None else f"{self.count} of "
+        return f"The robot visits {some}{', '.join(self.zones)}{' in this order' if self.ordered else ''}."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
         left, last, path = list(self.zones), -1, trace.path(robot)
@@ -87,9 +90,10 @@ class Visit(Goal):
                 left.remove(name)
             elif self.ordered:
                 break
-        if not left:
-            return True, f"visited {counted(len(self.zones), 'zone')}, the last one after {last * trace.step:.1f} s"
-        been = f"visited {len(self.zones) - len(left)} of {len(self.zones)} zones{' in order' if self.ordered else ''}"
+        visited = len(self.zones) - len(left)
+        if not left or visited >= (self.count or math.inf):
+            return True, f"visited {counted(visited, 'zone')}, the last one after {last * trace.step:.1f} s"
+        been = f"visited {visited} of {len(self.zones)} zones{' in order' if self.ordered else ''}"
         return False, f"{been}; not {left[0]}: {_nearest(trace, robot, trace.zones[left[0]])}"
 
 
@@ -393,7 +397,7 @@ class Lit(Goal):
         mask = sum(1 << led for led in set(self.leds))  # a LED may be named twice
         lit = [row[robot] & mask == mask for row in trace.lit]
         count = sum(now and not before for before, now in pairwise([False, *lit]))
-        is_asked = not self.zones or any(trace.zones[name].holds(*trace.poses[0][robot][:2]) for name in self.zones)
+        is_asked = not self.zones or _begins_in(trace, robot, self.zones)
         return count >= self.times if is_asked else not count, f"on {counted(count, 'time')}"
 
 
@@ -433,6 +437,34 @@ class Outdoes(Goal):
             return False, "there is no other program"
         own, other = (f"{side[0]:g} points, {side[1]:.1f} s, {side[2]:.0%} energy" for side in sides)
         return sides[0] > sides[1], f"{own}; the other one {other}"
+
+
+@kind("catches")
+class Catches(Goal):
+    """In a game the robot comes near a robot of the other program; who begins elsewhere must not be caught.
+
+    Attributes:
+        zones: Where those robots begin that seek. All others hide: they must get away from those of the other program.
+        within: How near the middles of two robots must be, m.
+    """
+
+    zones: ZoneNames
+    within: Metres = 0.1
+
+    def _sentence(self) -> str:
+        where = ", ".join(self.zones)
+        return f"Who begins in {where} comes within {self.within:g} m of the other robot, who does not gets away."
+
+    def _one(self, trace: Trace, robot: int) -> Finding:
+        if not trace.others or not trace.others[0]:
+            return False, "there is no other program"
+        pairs = zip(trace.path(robot), trace.others, strict=True)
+        away = [min(math.hypot(x - u, y - v) for u, v, _ in places) for (x, y, _), places in pairs]
+        met = next((tick for tick, distance in enumerate(away) if distance <= self.within), None)
+        seeks = _begins_in(trace, robot, self.zones)
+        if met is not None:
+            return seeks, f"{'caught the other one' if seeks else 'caught'} after {met * trace.step:.1f} s"
+        return not seeks, f"{min(away):.2f} m at the nearest, after {away.index(min(away)) * trace.step:.1f} s"
 
 
 @kind("says")
@@ -608,6 +640,10 @@ class Spread(Stretch):
         gaps = [min(_apart(row)) for row in trace.poses]
         missed = f"the nearest two were {max(gaps):.2f} m apart at best, at {gaps.index(max(gaps)) * trace.step:.1f} s"
         return self._during(trace, [gap >= self.least for gap in gaps], "spread", missed)
+
+
+def _begins_in(trace: Trace, robot: int, zones: Iterable[str]) -> bool:
+    return any(trace.zones[name].holds(*trace.poses[0][robot][:2]) for name in zones)
 
 
 def _nearest(trace: Trace, robot: int, zone: Zone) -> str:

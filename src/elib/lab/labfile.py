@@ -162,7 +162,8 @@ KIND = Key("kind", Choice(tuple(KINDS), example='"reach"'), ("kind",), meaning="
 TOP = Table("", "What stands above all tables.", Top, keys_of(Top), is_array=False)
 ZONES = Table(
     "zone",
-    "Parts of the floor, for goals. They are drawn into the picture of the path.",
+    "Parts of the floor, for goals, which may also name the discs and rectangles among the zones of the world. They are"
+    " drawn into the picture of the path.",
     zone,
     keys_of(
         zone,
@@ -222,10 +223,15 @@ class Lab:
         half = robots if self.opponent is None else robots // 2
         return slice(player * half, (player + 1) * half)
 
-    def zones_of(self, variant: Variant) -> dict[str, Zone]:
-        """Return the zones of one variant, by their names."""
-        general = {zone.name: zone for zone in self.zones if not zone.variant}
-        return general | {zone.name: zone for zone in self.zones if zone.variant == variant.name}
+    def zones_of(self, variant: Variant, world: Scene | None = None) -> dict[str, Zone]:
+        """Return the zones of one variant by their names; with its world its discs and rectangles, too."""
+        plain = [each for each in world.zones if each.x is not None and not each.file] if world else []
+        found = {
+            each.name: Zone(each.name, each.x or 0, each.y or 0, each.radius or 0, each.width or 0, each.depth or 0)
+            for each in plain
+        }
+        found |= {zone.name: zone for zone in self.zones if not zone.variant}
+        return found | {zone.name: zone for zone in self.zones if zone.variant == variant.name}
 
     def variant(self, name: str) -> Variant:
         """Return a variant by its name.
@@ -306,7 +312,8 @@ def load_lab(folder: str | Path, *, hidden: bool = False) -> Lab:
                 raise Mistake(f"has {counted(robots, 'robot')}, which two programs cannot share", path=("world",))
         for place, goal in enumerate(lab.goals):
             with first.at("goal", place), _in(variant):
-                goal.check(lab.zones_of(variant), lab.share(robots).stop, things_of(scene), len(stripes_of(scene)))
+                there = lab.zones_of(variant, scene)
+                goal.check(there, lab.share(robots).stop, things_of(scene), len(stripes_of(scene)))
     return lab
 
 

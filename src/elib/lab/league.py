@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html import escape
 from itertools import permutations
 
@@ -103,7 +103,8 @@ def to_json(lab: Lab, table: Sequence[Standing], games: Sequence[Game]) -> dict[
 
 
 def _goals(mark: Mark, place: int) -> dict[str, object]:
-    runs = mark.runs[place : place + 1]  # after a failure the other variants are not run
+    # A program that failed has reached nothing, and after a failure the other variants are not run.
+    runs = mark.runs[place : place + 1] if mark.reached[place] >= 0 else []
     return {each.goal.name: {"holds": each.holds, "text": each.text} for run in runs for each in run.goals}
 
 
@@ -126,8 +127,8 @@ def _details(game: Game) -> str:
     figures = ""
     for place, runs in enumerate(zip(*(mark.runs for mark in game), strict=True)):
         sides = "".join(
-            f"<p><b>{name} {result}</b></p>{told(run)}"
-            for name, result, run in zip(names, outcome(game, place), runs, strict=True)
+            f"<p><b>{name} {result}</b></p>{told(run if mark.reached[place] >= 0 else replace(run, goals=()))}"
+            for name, result, run, mark in zip(names, outcome(game, place), runs, game, strict=True)
         )
         figures += f"<figure><figcaption>{escape(runs[0].variant)}</figcaption>{runs[0].picture}{sides}</figure>"
     return f'<section><h2>{names[0]} against {names[1]}</h2><div class="runs">{figures}</div></section>'

@@ -168,7 +168,7 @@ def told(run: MarkedRun) -> str:
         for each in run.goals
     )
     remark = f"<p>{escape(run.remark)}</p>" if run.remark else ""
-    return f"{remark}<ul>{goals}</ul>"
+    return remark + (f"<ul>{goals}</ul>" if goals else "")
 
 
 def _anchor(name: str) -> str:

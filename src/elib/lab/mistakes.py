@@ -42,3 +42,12 @@ def wrong_claim(lab: Lab, text: str, runs: Sequence[Sequence[GoalResult]]) -> st
     if name in fail:
         return f"it should fail {name}, but {name} fails only where another goal fails: {others}"
     return f"it should fail {name}, but {name} holds: {others}"
+
+
+def also_failed(lab: Lab, text: str, runs: Sequence[Sequence[GoalResult]]) -> str:
+    """Return, as the end of a sentence, which goals a mistake fails that its first line does not name."""
+    claim = CLAIM.fullmatch(text.partition("\n")[0].rstrip())
+    named = claim[1] if claim else ""
+    fail = {each.goal.name for goals in runs for each in goals if not (each.holds or each.text.startswith(MISSED))}
+    others = [goal.name for goal in lab.goals if goal.name in fail and goal.name != named]
+    return f", and also {' and '.join(others)}" if others else ""

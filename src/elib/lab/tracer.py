@@ -120,7 +120,7 @@ class Tracer:
         snapshot = self._world.snapshot()
         trace = self._trace(snapshot, player, requests, output, time, ending in ("ended", "failed"), code)
         goals = judge(self._lab.goals, trace, why if ending in ("wall", "broke") else "")
-        paths, zones = tuple(zip(*self._poses, strict=True)), tuple(trace.zones.values())
+        paths, zones = tuple(zip(*self._poses, strict=True)), tuple(self._lab.zones_of(self._variant).values())
         patches = tuple(patch for goal in self._lab.goals if isinstance(goal, Maps) for patch in goal.patches(trace))
         return VariantResult(
             self._variant, goals, ending, why, code, time, paths, snapshot, zones, patches, requests, output, transcript
@@ -162,8 +162,9 @@ class Tracer:
             speeds=[world.wheel_speeds(robot) for robot in range(world.robots)][own],
             earned=earned[own],
             rivals=earned[other],
+            others=[[(pose.x, pose.y, pose.heading) for pose in row[other]] for row in self._poses],
             things=things_of(snapshot),
-            zones=self._lab.zones_of(self._variant),
+            zones=self._lab.zones_of(self._variant, scene),
             stripes=stripes_of(scene),
             surfaces=[(wall.x1, wall.y1, wall.x2, wall.y2) for wall in (*scene.edge, *scene.surfaces)],
             requests=requests or Counter(),

@@ -87,6 +87,7 @@ class Environment:
         self._fitness = np.zeros(count)  # of each world's episode so far
         self._has_begun = False
         self._ticks, self._remembers = task.ticks, bool(task.memory or task.robot_memory)
+        self._states = _states(task)
         # A mean fitness is a share of the whole episode, and too small a number for a single decision.
         self._scale = float(task.decisions) if task.fitness == "mean" else 1.0
         self.metadata = {**self.metadata, "render_fps": round(1 / task.period), **metadata}
@@ -137,6 +138,8 @@ class Environment:
         """Return what is true of a robot of the first world, whatever it observes."""
         place = self._episodes.places[0, robot]
         info: dict[str, Any] = {"pose": place[:3], "is_touching": bool(place[3])}
+        for name, column, kind in self._states:
+            info[name] = kind(place[column])
         if self._remembers:
             memory = self._episodes.memory[0]
             info["memory"] = {name: memory[name] for name in self.task.memory}
@@ -168,6 +171,19 @@ class Environment:
             self._view.close()
 
 
+def _states(task: Task) -> list[tuple[str, int, type]]:
+    """Return what infos hold of a task's worlds beside the pose: name, column of the places, and type."""
+    has_zones = any(scene.zones for scene in task.scenes)
+    has_pucks = any(each.collect for scene in task.scenes for each in scene.cylinders)
+    there = {
+        ("energy", 4, float): any(scene.energy is not None for scene in task.scenes),
+        ("score", 5, float): has_zones or has_pucks,
+        ("zones", 6, int): has_zones,
+        ("defect", 7, int): bool(task.randomisation.defects),
+    }
+    return [each for each, is_there in there.items() if is_there]
+
+
 def _named(channels: Sequence[Channel]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the names and the units of numbers."""
     return tuple(channel.name for channel in channels), tuple(channel.unit for channel in channels)
@@ -182,9 +198,11 @@ def _box(channels: Sequence[Channel]) -> Box:
 class TaskEnv(Environment, gymnasium.Env[Floats32, Floats32]):
     """A task with one robot as a Gymnasium environment.
 
-    The info holds what is true, whatever the robot observes: its ``pose`` (x and y, m; heading, rad), ``is_touching``,
-    and the numbers of the task's ``memory``, if it has one. Where the episode ends, it also holds its ``fitness``, as
-    ``elib evolve`` computes it, and ``is_success``.
+    The info holds what is true, whatever the robot observes: its ``pose`` (x and y, m; heading, rad) and
+    ``is_touching``. Of a world with such things it also holds the robot's ``energy``, 0..1, its ``score`` in points,
+    the ``zones`` in which it is, a bit for each in the order of the scene, and its ``defect``: the number of that in
+    the task's randomisation, from 0, or -1 for none. A task with a memory adds the numbers of that as ``memory``. Where
+    the episode ends, the info also holds its ``fitness``, as ``elib evolve`` computes it, and ``is_success``.
     """
 
     metadata: dict[str, Any] = {"render_modes": [HUMAN, RGB_ARRAY], "render_fps": 10}
@@ -343,6 +361,8 @@ class TaskVectorEnv(VectorEnv[Floats32, Floats32, NDArray[Any]], Environment):
         places, told = self._episodes.places[:, 0], dict[str, Any]()
         places[~which] = 0.0
         infos = _told("pose", places[:, :3], which) | _told("is_touching", places[:, 3] > 0.0, which)
+        for name, column, kind in self._states:
+            infos |= _told(name, places[:, column].astype(kind), which)
         if self._remembers:
             memory = self._episodes.memory
             memory[~which] = 0.0

@@ -102,20 +102,30 @@ def is_of_link(error: BaseException) -> bool:
 
 
 @contextmanager
-def one_episode(champion: Champion) -> Iterator[Behaviour]:
-    """Yield a champion as a behaviour whose virtual robots live in the first world of its task, for one episode.
+def one_episode(champion: Champion, scene: int = 1, seed: int | None = None) -> Iterator[Behaviour]:
+    """Yield a champion as a behaviour whose virtual robots live in a world of its task, for one episode.
 
     The run ends with the episode, and says its fitness. Robots that are somewhere else are driven without an end.
 
+    Args:
+        champion: The controller.
+        scene: Which world of the task, from 1.
+        seed: The seed of starts, robots and noise; None for that of the world.
+
     Raises:
-        ArgumentError: There is no such task, or its file is not there.
+        ArgumentError: There is no such task or world, or its file is not there.
     """
     task = champion.find_task()
+    if not 1 <= scene <= len(task.scenes):
+        names = ", ".join(each.name for each in task.scenes)
+        there = f"{task.name} has the worlds 1 to {len(task.scenes)}: {names}"
+        raise ArgumentError(f"there is no world {scene}", hint=there)
     with tempfile.TemporaryDirectory(prefix="elib-") as folder:
         path = Path(folder, "world.toml")
-        path.write_text(written_scene(task.scenes[0], task.summary), "utf-8")
+        path.write_text(written_scene(task.scenes[scene - 1], task.summary), "utf-8")
         begun = asyncio.Event()
-        inner = champion.behaviour(f"{path.as_posix()}?robots={task.robots}", lambda view: begun.set())
+        keys = f"robots={task.robots}" + ("" if seed is None else f"&seed={seed}")
+        inner = champion.behaviour(f"{path.as_posix()}?{keys}", lambda view: begun.set())
 
         async def drive(robots: Swarm, run: RunContext) -> None:
             driven = cast("Coroutine[Any, Any, None]", inner.function(robots, run))

@@ -529,9 +529,9 @@ class Control:
 
     @order
     def mend_parts(self, robot: Which) -> None:
-        """Mend all parts of a robot that were broken by hand."""
+        """Mend all parts of a robot, also those that a fault script broke: it may break some again when it goes on."""
         virtual = self._connected(robot)
-        for by in [each for each in virtual.defects if each.startswith("hand ")]:
+        for by in list(virtual.defects):
             virtual.break_parts(by, ())
 
     @order

@@ -47,7 +47,9 @@ class Course(NamedTuple):
     fresh: Any  # (n,): that at the beginning of an episode.
     earned: Any  # (worlds, robots): what the robots earned in the last call.
     observed: Any  # (worlds, robots, n): what the robots observe.
-    places: Any  # (worlds, robots, 4): x, y, m; heading, rad; 1 if the robot touches something.
+    # (worlds, robots, 8): x, y, m; heading, rad; 1 if the robot touches something; energy; points; zones; and what is
+    # broken in it, -1 for nothing.
+    places: Any
     progress: Any  # (worlds, 2): 1 if the task has ended the episode; ticks since it began.
     period: int  # Ticks between two decisions.
     ticks: int  # Of a full episode.
@@ -89,8 +91,11 @@ def begin(course: Course, w: int, key: int) -> None:
     list_near(world)
     for i in range(len(world.robots)):
         robot = world.robots[i]
+        course.places[w][i][7] = -1.0
         if uniform(robot.key, BROKEN) < ranges[DEFECTS][0]:
-            damage(robot, ranges[DEFECTS + 1 + bits(robot.key, BROKEN + 1) % (len(ranges) - DEFECTS - 1)])
+            number = bits(robot.key, BROKEN + 1) % (len(ranges) - DEFECTS - 1)
+            course.places[w][i][7] = number
+            damage(robot, ranges[DEFECTS + 1 + number])
         for n in range(len(course.memory[w][i])):
             course.memory[w][i][n] = 0.0
     for n in range(len(course.fresh)):
@@ -127,6 +132,9 @@ def observe(observer: Judge, kept: Kept, course: Course, world: Records, w: int)
         place[1] = robot.y
         place[2] = angle(robot.heading_x, robot.heading_y)
         place[3] = 1.0 if robot.touched >= 0 else 0.0
+        place[4] = robot.energy
+        place[5] = robot.score
+        place[6] = robot.zones
 
 
 @kernel

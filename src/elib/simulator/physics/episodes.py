@@ -10,14 +10,16 @@ import concurrent.futures
 import copy
 import math
 import os
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property, partial
+from pathlib import Path
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from elib.base.errors import ArgumentError, SimulationError
-from elib.base.rules import Whole
+from elib.base.rules import Whole, nearest
 from elib.simulator.physics.controller import Controller
 from elib.simulator.physics.course import Course, Judge, Kept, begin_worlds, play_episodes, step_worlds
 from elib.simulator.physics.engine import INTERPRETED, EngineName, not_compiled
@@ -61,7 +63,7 @@ DRAWN: Final = (
 )
 """What an episode draws for the setting of its world, in the order of its ranges; the latency is the last one."""
 
-COUNTED = ("walls", "discs", "things", "lamps")
+COUNTED = ("walls", "discs", "things", "lamps", "tones", "zones")
 """Records of which scenes may have different numbers, and which a reward may read by their place."""
 
 REMEMBERED: Final = 'Task(memory={"visited": [0.0] * 100}, robot_memory={"energy": 1.0}), reward(world, i, memory)'
@@ -221,7 +223,11 @@ class Episodes:
 
     @property
     def places(self) -> NDArray[np.float64]:
-        """Where each robot is, (worlds, robots, 4): x and y, m; heading, rad; 1 if it touches something."""
+        """What is true of each robot, (worlds, robots, 8).
+
+        These are x and y, m; heading, rad; 1 if it touches something; energy, 0..1; points; the zones in which it is, a
+        bit for each; and which of the task's defects it has, from 0, or -1 for none.
+        """
         return self._engine.array(self._steered.places)
 
     @property
@@ -343,14 +349,11 @@ class Episodes:
                 for i in range(task.robots):
                     earned += [judgement.observe(records, number, i, k) for k in range(len(own.channels))]
         except Exception as error:
-            hint = "a reward takes (world, i) and returns a number, an end takes (world) and returns True or False"
-            if isinstance(error, AttributeError):
-                kind = error.obj
-                there = getattr(kind, "__dataclass_fields__", None) or getattr(kind, "_fields", ())
-                there = there or getattr(getattr(kind, "dtype", None), "names", None) or ()
-                hint = f"it has {', '.join(there)}" if there else hint
+            at = traceback.extract_tb(error.__traceback__)[-1]
+            where = f"in {Path(at.filename).name}, line {at.lineno}: {at.line}"
             raise ArgumentError(
-                f"a function of task {task.name!r} fails in the first tick: {error!r}", hint=hint
+                f"a function of task {task.name!r} fails in the first tick: {error!r}, {where}",
+                hint=_cure(error, scene, records),
             ) from error
         if self._untouched(records) != before:
             raise ArgumentError(
@@ -469,7 +472,7 @@ class Episodes:
             fresh=start_of(task),
             earned=self._engine.table(np.zeros((count, robots))),
             observed=self._engine.table(np.zeros((count, robots, observed_count(task)))),
-            places=self._engine.table(np.zeros((count, robots, 4))),
+            places=self._engine.table(np.zeros((count, robots, 8))),
             progress=self._engine.table(np.zeros((count, 2))),
             period=task.ticks_a_period,
             ticks=task.ticks,
@@ -481,6 +484,21 @@ class Episodes:
     def __getstate__(self) -> dict[str, Any]:
         made = ("_judge", "_observer", "_like", "_kept", "_stepping")  # of this process
         return {key: value for key, value in vars(self).items() if key not in made} | {"_pool": None}
+
+
+def _cure(error: Exception, scene: Scene, records: Records) -> str:
+    """Return what to write instead of what has failed in a function of a task."""
+    if isinstance(error, AttributeError):
+        kind = error.obj
+        there = getattr(kind, "__dataclass_fields__", None) or getattr(kind, "_fields", ())
+        there = there or getattr(getattr(kind, "dtype", None), "names", None) or ()
+        meant = nearest(error.name or "", there) + " " if there else ""
+        if there:
+            return f"{meant if meant.startswith('did') else ''}it has {', '.join(there)}"
+    if isinstance(error, IndexError):
+        counts = ", ".join(f"{len(getattr(records, name))} {name}" for name in ("robots", *COUNTED[2:]))
+        return f"the first has the number 0; the world {scene.name!r} has {counts}"
+    return "a reward takes (world, i) and returns a number, an end takes (world) and returns True or False"
 
 
 def _episode_key(seed: int) -> int:

@@ -262,9 +262,13 @@ class Zone:
         shapes = [bool(self.radius), bool(self.width), bool(self.points)]
         if sum(shapes) > 1:
             raise Mistake("is of two shapes", path=("name",), hint="give it a radius, a size or points, one of them")
-        if any(shapes[:2]) != (self.x is not None) or (self.file and not self.width):
+        is_placed = self.x is not None
+        if any(shapes[:2]) != is_placed or (self.file and not self.width):
+            there, lacks = ("position", "radius and no size") if is_placed else ("radius or size", "position")
+            if self.file and not self.width:
+                there, lacks = "file", "size"
             raise Mistake(
-                "is missing a part of its shape",
+                f'is "{self.name}": the zone has a {there}, but no {lacks}',
                 path=("name",),
                 hint="a disc has position and radius, a rectangle position and size, a picture a file too",
             )

@@ -110,6 +110,10 @@ def goal(
     """
     x, y = (Number(unit="m").require(each, "the goal") for each in (x, y))
     place: Callable[[Any], Any] = lambda world: Place(x, y)  # noqa: E731
+    lamp, thing = (
+        None if each is None else Whole(0).require(each, name, "the goal's ")
+        for name, each in (("lamp", lamp), ("thing", thing))
+    )
     if lamp is not None:
         place = lambda world: world.lamps[lamp]  # noqa: E731
     elif thing is not None:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP, step_rate
 from elib.base.errors import ArgumentError
-from elib.base.rules import Number, Probability, Text, Whole, check, fields_of, shown
+from elib.base.rules import Number, Probability, Text, Whole, check, fields_of, nearest, shown
 from elib.simulator.physics.body import QUALITIES, EpuckModel
 from elib.simulator.physics.defects import Defect
 from elib.simulator.physics.observing import Observation
@@ -156,8 +156,13 @@ class Task:
         for sensor in (*self.sensors, *self.reward_sensors):
             if sensor not in SENSORS:
                 raise ArgumentError(
-                    f"task {self.name!r}: there is no sensor {sensor!r}", hint=f"choose from {', '.join(SENSORS)}"
+                    f"task {self.name!r}: there is no sensor {sensor!r}", hint=nearest(str(sensor), SENSORS)
                 )
+        if isinstance(self.observe, Observation) or not all(isinstance(each, Observation) for each in self.observe):
+            raise ArgumentError(
+                f"task {self.name!r}: observe is {shown(self.observe)}; it must be a tuple of observations",
+                hint="such as observe=(goal(0.5, 0.5),)",
+            )
         self._check_memory()
         for scene in self.scenes:
             ticks = self.period / scene.step

@@ -213,6 +213,7 @@ class _Assembly:
         self._each("picture", Print, lambda picture: _check_cover(picture, scene))
         self._each("box", Box, lambda box: _check_inside(box, scene))
         self._each("cylinder", Cylinder, lambda cylinder: _check_inside(cylinder, scene))
+        self._each("zone", Zone, lambda zone: _check_meets(zone, scene))
         taken = first_taken(scene) if starts else None
         if taken is not None:
             mistake = Mistake(taken.what, path=("position",), hint=taken.hint)
@@ -268,6 +269,16 @@ def _check_inside(thing: Box | Cylinder, scene: Scene) -> None:
             f"is [{thing.x:g}, {thing.y:g}], outside the arena of {scene.width:g} x {scene.depth:g} m",
             path=("position",),
             hint=inside_hint(thing.x, thing.y, scene.width, scene.depth),
+        )
+
+
+def _check_meets(zone: Zone, scene: Scene) -> None:
+    xs, ys = zip(*zone.outline, strict=True) if zone.outline else ((0.0,), (0.0,))
+    if min(xs) > scene.width or max(xs) < 0 or min(ys) > scene.depth or max(ys) < 0:
+        raise Mistake(
+            f"puts all of the zone outside the arena of {scene.width:g} x {scene.depth:g} m",
+            path=("points" if zone.points else "position",),
+            hint=inside_hint(min(xs), min(ys), scene.width, scene.depth),
         )
 
 

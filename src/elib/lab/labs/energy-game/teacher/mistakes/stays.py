@@ -1,4 +1,4 @@
-# fails: lives: it stays on the first feeder for ever, which gives less than the robot uses once it is empty
+# fails: eats: it stays on the first feeder for ever, which gives less than the robot uses once it is empty
 
 import elib
 
