@@ -285,6 +285,7 @@ def test_the_tables_hold_every_individual(task: Path, tmp_path: Path) -> None:
         ([], "elib evolve needs a task"),
         (["--out", "nothing"], "there is no study in nothing"),
         (["voiding"], "there is no task 'voiding'"),
+        (["cover.py"], "cover.py is a file: which task of it?"),
         (["nothing.py:TASK"], "nothing.py"),
         (["{task}:TUSK"], "straight.py has no 'TUSK'"),
         (["{task}:TASK", "--controller", "forward"], "there is no controller 'forward'"),

@@ -111,6 +111,8 @@ def evolve(
             f"{folder}: {'goes on after' if study.generations else 'begins,'} {len(study.generations)} of"
             f" {settings.generations} generations"
         )
+        if evaluation.task.observe:
+            say("the controllers see the robot's sensors only, not what the task observes beside them")
         display = Display(progress, recorded=len(study.generations))
         evolution = Evolution(study, executor, evaluation=evaluation, told=display.tell)
         try:

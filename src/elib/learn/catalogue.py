@@ -60,6 +60,8 @@ def find_task(name: str) -> Task:
             raise ArgumentError(f"{variable} in {file} is {found!r}, not a Task")
         return found
     known = all_tasks()
+    if name.endswith(".py"):
+        raise ArgumentError(f"{name} is a file: which task of it?", hint=f"{name}:TASK, if it has TASK = Task(...)")
     if name not in known:
         raise ArgumentError(f"there is no task {name!r}", hint=nearest(name, known))
     return known[name]
