@@ -26,17 +26,23 @@ pytestmark = [
 ]
 
 
-@pytest_asyncio.fixture(loop_scope="module")
-async def driver(address, open_page, robot) -> AsyncIterator[Driver]:
-    """A person whose page shows the connected robot."""
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def person(address, open_page) -> AsyncIterator[Driver]:
+    """A person at the start page, where each test begins and ends."""
     person = Driver(await open_page(address))
     await person.tab.size(1440, 1000)
+    yield person
+    await person.tab.close()
+
+
+@pytest_asyncio.fixture(loop_scope="module")
+async def driver(person, robot) -> AsyncIterator[Driver]:
+    """A person whose page shows the connected robot."""
     await person.connect(robot.url)
     yield person
     await person.remove()
     await person.tab.until("!!document.querySelector('.start')")
     assert person.tab.complaints == []
-    await person.tab.close()
 
 
 async def test_the_stick_drives_in_four_directions(driver, robot):
@@ -152,6 +158,7 @@ async def test_a_gamepad_drives_and_its_button_stops(driver, robot):
     await robot.until_it_moves()
     await driver.tab.run("pad.axes = [0, 0], null")
     await robot.until_it_stands()
+    await driver.tab.run("delete navigator.getGamepads, null")
 
 
 async def test_wheel_sliders_that_stay_drive_until_stop(driver, robot):

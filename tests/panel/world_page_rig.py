@@ -74,18 +74,25 @@ class Rig:
 
 
 @contextlib.asynccontextmanager
-async def watched(folder: Path, *, world: str = ROOM, **settings: object) -> AsyncIterator[Rig]:
-    """Serve a world with its page; files go into the folder."""
+async def simulated(folder: Path, world: str = ROOM, **settings: object) -> AsyncIterator[tuple[Control, list[Served]]]:
+    """Serve a world, whose file goes into the folder."""
     path = folder / "room.toml"
     path.write_text(world)
     controls: list[Control] = []
     built = SimulationSettings(world=str(path), baud=0, **settings)  # type: ignore[arg-type]
+    async with serve(built, tcp="0", control=controls.append) as robots:
+        yield controls[0], robots
+
+
+@contextlib.asynccontextmanager
+async def watched(folder: Path, *, world: str = ROOM, **settings: object) -> AsyncIterator[Rig]:
+    """Serve a world with its page; files go into the folder."""
     with contextlib.chdir(folder):
         async with (
-            serve(built, tcp="0", control=controls.append) as robots,
-            served(Panel(can=WORLD, worlds={"": controls[0]}), own_address("0")) as server,
+            simulated(folder, world, **settings) as (control, robots),
+            served(Panel(can=WORLD, worlds={"": control}), own_address("0")) as server,
         ):
-            yield Rig(controls[0], robots, server.url)
+            yield Rig(control, robots, server.url)
 
 
 @dataclass(frozen=True)
