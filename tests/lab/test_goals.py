@@ -62,6 +62,7 @@ CASES = [
     ('kind = "reach"\nzone = "ahead"\nat_end = true', AHEAD, True, "in the zone ahead at the end"),
     ('kind = "visit"\nzones = ["behind", "ahead"]', f"{AHEAD}; robot.drive(-0.35)", True, "visited 2 zones"),
     ('kind = "visit"\nzones = ["behind", "ahead"]\ncount = 1', AHEAD, True, "visited 1 zone, the last one"),
+    ('kind = "visit"\nzones = ["behind", "ahead"]\ncount = 1', TURN, False, "visited 0 of 2 zones, and needs 1; not"),
     (
         'kind = "visit"\nzones = ["behind", "ahead"]\nordered = true',
         f"{AHEAD}; robot.drive(-0.1)",
@@ -123,7 +124,12 @@ CASES = [
     ('kind = "measures"\nzone = "right"', "print('right 0.61 0.23')", False, r"0\.230 m, 3\.0 cm off"),
     ('kind = "measures"\nzone = "right"', "print('left 0.6 0.2')", False, 'no line like "right 0.50 0.40"'),
     ('kind = "maps"', f"{MAP}; print(grid.to_text())", True, "has 100% of .* and 100% .*; 100% of what is on it is"),
-    ('kind = "maps"', f"{MAP}; grid.odds[:] = -4; print(grid.to_text())", False, "has 100% of the ground and 0% of"),
+    (
+        'kind = "maps"',
+        f"{MAP}; grid.odds[:] = -4; print(grid.to_text())",
+        False,
+        "has 100% of the ground and 0% of .*; 90% of each",
+    ),
     ('kind = "maps"', f"{MAP}; grid.odds[:] = 4; print(grid.to_text())", False, "has 0% of the ground and 100% of"),
     ('kind = "maps"', "print(elib.Grid())", False, r"printed no map .*; use print\(grid.to_text\(\)\)"),
     (

@@ -98,9 +98,9 @@ def league(game: Lab, submissions: list[Submission]) -> list[list[Mark]]:
     ("own", "other", "holds", "text"),
     [
         ([0.0, 0.2, 0.3], [0.5, 0.5, 0.39], True, "caught the other one after 0.5 s"),
-        ([0.0, 0.2, 0.2], [0.5, 0.5, 0.5], False, "0.30 m at the nearest, after 0.2 s"),
+        ([0.0, 0.2, 0.2], [0.5, 0.5, 0.5], False, "did not catch the other one: 0.30 m at the nearest, after 0.2 s"),
         ([0.5, 0.5, 0.39], [0.0, 0.2, 0.3], False, "caught after 0.5 s"),
-        ([0.5, 0.5, 0.5], [0.0, 0.2, 0.2], True, "0.30 m at the nearest, after 0.2 s"),
+        ([0.5, 0.5, 0.5], [0.0, 0.2, 0.2], True, "got away: 0.30 m at the nearest, after 0.2 s"),
     ],
 )
 def test_who_begins_in_the_zone_must_catch_the_other_one_and_who_does_not_must_get_away(

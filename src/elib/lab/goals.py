@@ -93,7 +93,8 @@ class Visit(Goal):
         visited = len(self.zones) - len(left)
         if not left or visited >= (self.count or math.inf):
             return True, f"visited {counted(visited, 'zone')}, the last one after {last * trace.step:.1f} s"
-        been = f"visited {visited} of {len(self.zones)} zones{' in order' if self.ordered else ''}"
+        enough = "" if self.count is None else f", and needs {self.count}"
+        been = f"visited {visited} of {len(self.zones)} zones{' in order' if self.ordered else ''}{enough}"
         return False, f"{been}; not {left[0]}: {_nearest(trace, robot, trace.zones[left[0]])}"
 
 
@@ -464,7 +465,8 @@ class Catches(Goal):
         seeks = _begins_in(trace, robot, self.zones)
         if met is not None:
             return seeks, f"{'caught the other one' if seeks else 'caught'} after {met * trace.step:.1f} s"
-        return not seeks, f"{min(away):.2f} m at the nearest, after {away.index(min(away)) * trace.step:.1f} s"
+        nearest = f"{min(away):.2f} m at the nearest, after {away.index(min(away)) * trace.step:.1f} s"
+        return not seeks, f"did not catch the other one: {nearest}" if seeks else f"got away: {nearest}"
 
 
 @kind("says")
@@ -542,7 +544,7 @@ class Maps(Goal):
         found = compared(told, trace.poses[0][robot], tuple(trace.surfaces), self.within)
         text = f"its map has {found.free:.0%} of the ground and {found.walls:.0%} of the walls"
         text += f"; {found.occupied:.0%} of what is on it is a wall"
-        return found.least >= self.share, text
+        return found.least >= self.share, f"{text}; {self.share:.0%} of each is needed"
 
     def patches(self, trace: Trace) -> list[Patch]:
         """Return the parts of the printed map, laid over the world where it fits best."""

@@ -134,6 +134,8 @@ def play(
     """Run the two programs of a game, or a single one, in all variants, and return the mark of each."""
     lab = _lab(folder)
     goals = [goal.name for goal in lab.goals]
+    # In a league one of the two fails the goals of every round, so only the page says why.
+    is_game, is_league = len(players) > 1, list(players[1:]) not in ([], opponents_of(lab))
     results = [Mark(each.name, 0.0, lab.points, goals=dict.fromkeys(goals, 0)) for each in players]
     if any(each.problem for each in players):
         for result, submission in zip(results, players, strict=True):
@@ -157,7 +159,7 @@ def play(
                 raise ElibError(f"{each.name} could not be started: {child.output.strip() or 'it says nothing'}")
         # In a game both have the same picture.
         added = [
-            _add(result, each, child, player, draws and not place, is_game=len(players) > 1)
+            _add(result, each, child, player, draws and not place, is_game=is_game, is_league=is_league)
             for place, (result, each, child, player) in enumerate(zip(results, found, children, players, strict=True))
         ]
         if not all(added):
@@ -174,7 +176,15 @@ def play(
     return results
 
 
-def _add(result: Mark, found: VariantResult, child: Child, submission: Submission, draws: bool, is_game: bool) -> bool:
+def _add(
+    result: Mark,
+    found: VariantResult,
+    child: Child,
+    submission: Submission,
+    draws: bool,
+    is_game: bool,
+    is_league: bool,
+) -> bool:
     """Add what happened in a variant, and return whether the submission is run in the others too."""
     remark = child.exceeded or found.why
     if found.ending == "failed" and not child.exceeded:
@@ -193,9 +203,12 @@ def _add(result: Mark, found: VariantResult, child: Child, submission: Submissio
         result.remarks.append(f"{text} ({name})")
     for goal in found.goals:
         result.goals[goal.goal.name] += goal.holds
+        needs = f"{goal.goal.name} counts only together with {' and '.join(goal.goal.needs)}"
+        if goal.text.startswith(MISSED) and not (goal.holds or is_league) and needs not in result.remarks:
+            result.remarks.append(needs)
         begin = f"{goal.goal.name}: "
         is_news = not (goal.holds or goal.text.startswith(MISSED) or any(s.startswith(begin) for s in result.remarks))
-        if is_news and not (is_told or is_game):
+        if is_news and not (is_told or is_league):
             result.remarks.append(f"{begin}{goal.text} ({name})")
     picture = None
     with contextlib.suppress(ValueError):

@@ -2,9 +2,9 @@
 
 The robot starts at the foot of the T and drives past a lamp, which stands on the left or on the right and is seen from
 a few centimetres only. At the end of the corridor it must turn to the same side. Each end of the arms ends the episode;
-it is solved at the right one. A robot that has forgotten the lamp solves one half. `elib evolve t-maze --scenarios 12`
-with seed 1 finds a recurrent network that solves all new episodes, in two minutes on two cores. A feedforward network
-found so solves 90 %: it has no memory but where it drives, at one wall or at the other.
+it is solved at the right one. A robot that has forgotten the lamp solves one half. A network without a memory can solve
+more: where it drives, at one wall or at the other, is a memory, too. The guide "Evolve a controller" says what
+recurrent and feedforward networks reach with drawn seeds.
 """
 
 from __future__ import annotations
