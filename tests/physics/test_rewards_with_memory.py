@@ -193,7 +193,10 @@ def misspells(world, i, memory):
             {"reward": counts_in_its_module},
             r"changes the world, or a variable of its module.*\nhint: .*robot_memory=\{",
         ),
-        ({"reward": misspells}, "has no attribute .*\nhint: it has visited, found, energy, trail"),
+        (
+            {"reward": misspells},
+            r"has no attribute .* in test_rewards_with_memory.py, .*\nhint: did you mean energy\? it has visited, found",
+        ),
         ({"memory": {"visited": "none"}}, r"memory\['visited'\] of task 'test' is 'none'; it must be a finite number"),
         ({"robot_memory": {"found": 0.0}}, "remembers 'found', which cannot be the name of a number, or is taken"),
         ({"memory": {"1st": 0.0}}, "remembers '1st'"),

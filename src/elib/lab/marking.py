@@ -204,7 +204,7 @@ def _add(
     for goal in found.goals:
         result.goals[goal.goal.name] += goal.holds
         needs = f"{goal.goal.name} counts only together with {' and '.join(goal.goal.needs)}"
-        if goal.text.startswith(MISSED) and not (goal.holds or is_league) and needs not in result.remarks:
+        if goal.text.startswith(MISSED) and not (goal.holds or is_league or failed) and needs not in result.remarks:
             result.remarks.append(needs)
         begin = f"{goal.goal.name}: "
         is_news = not (goal.holds or goal.text.startswith(MISSED) or any(s.startswith(begin) for s in result.remarks))

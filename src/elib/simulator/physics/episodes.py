@@ -349,7 +349,8 @@ class Episodes:
                 for i in range(task.robots):
                     earned += [judgement.observe(records, number, i, k) for k in range(len(own.channels))]
         except Exception as error:
-            at = traceback.extract_tb(error.__traceback__)[-1]
+            frames, here = traceback.extract_tb(error.__traceback__), Path(__file__).parent
+            at = next((each for each in frames if Path(each.filename).parent != here), frames[-1])  # the user's
             where = f"in {Path(at.filename).name}, line {at.lineno}: {at.line}"
             raise ArgumentError(
                 f"a function of task {task.name!r} fails in the first tick: {error!r}, {where}",
