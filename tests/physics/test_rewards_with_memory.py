@@ -195,7 +195,7 @@ def misspells(world, i, memory):
         ),
         (
             {"reward": misspells},
-            r"has no attribute .* in test_rewards_with_memory.py, .*\nhint: did you mean energy\? it has visited, found",
+            r"has no attribute .* in test_rewards_with_memory.py, .*\nhint: did you mean energy\? it has visited",
         ),
         ({"memory": {"visited": "none"}}, r"memory\['visited'\] of task 'test' is 'none'; it must be a finite number"),
         ({"robot_memory": {"found": 0.0}}, "remembers 'found', which cannot be the name of a number, or is taken"),
