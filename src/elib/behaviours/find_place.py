@@ -12,6 +12,7 @@ from elib.base.errors import NoWay
 from elib.base.pose import Pose, apart
 from elib.base.rules import Number
 from elib.behaviours.avoid import STANDING
+from elib.behaviours.explore import TURN_RATE
 from elib.behaviours.wall_following import follow, sees_wall
 from elib.robot.aio import Epuck
 
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 
 CRUISE = 0.6
 """rev/s along walls, 7.7 cm/s: of 24 robots 23 were found in 60 s, at 0.4 rev/s 21, and no more touched a wall."""
-SPEED, TURN_RATE = CRUISE * WHEEL_CIRCUMFERENCE, 1.5
-"""m/s and rad/s."""
+SPEED = CRUISE * WHEEL_CIRCUMFERENCE
+"""m/s."""
 AROUND, OFF = math.tau + 0.5, 0.2
 """rad to the right after which the robot was round something, and m that it then drives on without following it."""
 LIMIT = Number(1.0, 3600.0)
@@ -58,11 +59,10 @@ async def find_place(robot: Epuck, map: Grid, *, limit: float = 120.0) -> Pose: 
 
     check_grid(map)
     LIMIT.require(limit, "limit")
-    knows_open_air = robot.context.open_air is not None
     async with robot.motion.under_way(robot, "find_place"):
         guide = await asyncio.to_thread(Guide, robot, map, SPEED, TURN_RATE, is_lost=True)
         end = robot.time + limit
-        if not knows_open_air:
+        if robot.context.open_air is None:
             await guide.look_round()
         wheels, was_at_wall, turned = STANDING, False, 0.0
         before, left_at = robot.motion.odometry.pose, None

@@ -454,7 +454,9 @@ class Catches(Goal):
 
     def _sentence(self) -> str:
         where = ", ".join(self.zones)
-        return f"Who begins in {where} comes within {self.within:g} m of the other robot, who does not gets away."
+        return (
+            f"Who begins in {where} comes within {self.within:g} m of the other robot; who begins elsewhere gets away."
+        )
 
     def _one(self, trace: Trace, robot: int) -> Finding:
         if not trace.others or not trace.others[0]:

@@ -22,14 +22,19 @@ def is_mistake(lab: Lab, program: Path) -> bool:
     return program.resolve().parent == lab.folder / FOLDER
 
 
+def _claimed(text: str) -> str:
+    """Return which goal the first line of a mistake says to fail; an empty string if it does not say one."""
+    claim = CLAIM.fullmatch(text.partition("\n")[0].rstrip())
+    return claim[1] if claim else ""
+
+
 def wrong_claim(lab: Lab, text: str, runs: Sequence[Sequence[GoalResult]]) -> str:
     """Return why a mistake fails in no variant as its first line says; an empty string if it does in one."""
     if not runs:
         return "it could not be run"
-    claim = CLAIM.fullmatch(text.partition("\n")[0].rstrip())
-    if claim is None:
+    name = _claimed(text)
+    if not name:
         return "its first line does not say what fails: # fails: GOAL: reason"
-    name = claim[1]
     names = [goal.name for goal in lab.goals]
     if name not in names:
         return f"it should fail {name}, but there is no such goal: {nearest(name, names)}"
@@ -46,8 +51,7 @@ def wrong_claim(lab: Lab, text: str, runs: Sequence[Sequence[GoalResult]]) -> st
 
 def also_failed(lab: Lab, text: str, runs: Sequence[Sequence[GoalResult]]) -> str:
     """Return, as the end of a sentence, which goals a mistake fails that its first line does not name."""
-    claim = CLAIM.fullmatch(text.partition("\n")[0].rstrip())
-    named = claim[1] if claim else ""
+    named = _claimed(text)
     fail = {each.goal.name for goals in runs for each in goals if not (each.holds or each.text.startswith(MISSED))}
     others = [goal.name for goal in lab.goals if goal.name in fail and goal.name != named]
     return f", and also {' and '.join(others)}" if others else ""
