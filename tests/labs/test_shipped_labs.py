@@ -77,7 +77,10 @@ def test_a_lab_is_complete(name: str) -> None:
     teacher = {path.name for path in (folder / "teacher").iterdir()}
     assert {"hidden.toml", "mistakes", "solution.py"} <= teacher
     assert len([program for lab, program in MISTAKES if lab == name]) == 3
-    assert len(LABS[name].variants) >= GIVEN[name] + 2
+    variants = LABS[name].variants
+    assert len(variants) >= GIVEN[name] + 2
+    differ = any(variant.seed is not None for variant in variants)
+    assert differ or name == "go-10-cm", "in one variant the robots differ as real ones do"
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -154,23 +157,13 @@ def test_the_solution_passes(name: str, variant: str, tried: Tried) -> None:
     assert result.passed, told(result)
 
 
-@pytest.mark.parametrize(
-    ("name", "seed"),
-    [in_its_lane(name, seed, is_quick=seed == 0 and name == "avoid") for name in NAMES for seed in range(3)],
-)
-def test_the_solution_passes_on_robots_that_differ_as_real_ones_do(name: str, seed: int, tried: Tried) -> None:
-    variants = LABS[name].variants
-    result = tried(name, "teacher/solution.py", replace(variants[seed % len(variants)], seed=seed))
-    assert result.passed, told(result)
-
-
-@pytest.mark.parametrize(("robots", "wanted"), [in_its_lane(1, 1, is_quick=True), in_its_lane(12, 10, is_quick=False)])
+@pytest.mark.parametrize(("robots", "wanted"), [in_its_lane(1, 1, is_quick=True), in_its_lane(4, 3, is_quick=False)])
 def test_the_red_box_is_found_by_robots_whose_colours_and_infrared_sensors_differ_as_real_ones_do(
     robots: int, wanted: int, tried: Tried
 ) -> None:
     lab, failed = LABS["find-the-red-box"], []
     for seed in range(1, robots + 1):
-        variant = lab.variants[seed // 4 % len(lab.variants)]
+        variant = lab.variants[seed % len(lab.variants)]
         drawn = replace(variant, seed=seed, firmware=CAMERAS[seed % 4])
         result = tried("find-the-red-box", "teacher/solution.py", drawn)
         if not result.passed:

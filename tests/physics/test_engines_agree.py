@@ -10,7 +10,7 @@ BLOCK = 10
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("first", range(0, 40, BLOCK))
+@pytest.mark.parametrize("first", range(0, 20, BLOCK))
 def test_interpreted_and_compiled_agree_in_random_worlds_with_one_thread_and_with_two(first):
     pytest.importorskip("numba")
     found = []
@@ -20,7 +20,7 @@ def test_interpreted_and_compiled_agree_in_random_worlds_with_one_thread_and_wit
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("first", range(0, 300, 60))
+@pytest.mark.parametrize("first", range(0, 120, 60))
 def test_interpreted_and_compiled_agree_in_random_worlds_with_states(first):
     pytest.importorskip("numba")
     found = []

@@ -4,22 +4,10 @@ It stands on ``records``, ``robot`` and ``simulator``. Begin with ``comparison.p
 on from any moment of a recording, ``compass.py`` calibrates a compass, and ``drive.py`` draws what a robot did.
 """
 
-from elib.studies.comparison import Comparison, Run, compare, run_of
-from elib.studies.compass import Compass, calibrate_compass, fit_compass
-from elib.studies.fit import Fitted, fit_robot
-from elib.studies.scores import Parity, Score, parity
+from __future__ import annotations
 
-__all__ = [
-    "Comparison",
-    "Compass",
-    "Fitted",
-    "Parity",
-    "Run",
-    "Score",
-    "calibrate_compass",
-    "compare",
-    "fit_compass",
-    "fit_robot",
-    "parity",
-    "run_of",
-]
+from elib.base.lazy import names_of
+
+# `elib run` needs `drive` and nothing else of it, and must start fast.
+__getattr__, _homes = names_of(__spec__, __file__)
+__all__ = list(_homes)

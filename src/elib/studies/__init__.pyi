@@ -1,0 +1,12 @@
+from elib.studies.comparison import Comparison as Comparison
+from elib.studies.comparison import Run as Run
+from elib.studies.comparison import compare as compare
+from elib.studies.comparison import run_of as run_of
+from elib.studies.compass import Compass as Compass
+from elib.studies.compass import calibrate_compass as calibrate_compass
+from elib.studies.compass import fit_compass as fit_compass
+from elib.studies.fit import Fitted as Fitted
+from elib.studies.fit import fit_robot as fit_robot
+from elib.studies.scores import Parity as Parity
+from elib.studies.scores import Score as Score
+from elib.studies.scores import parity as parity
