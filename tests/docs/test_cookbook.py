@@ -105,7 +105,7 @@ DRAWN = {
     [
         pytest.param(heading, seed, marks=() if (heading, seed) == ("Stop at a black line", 0) else pytest.mark.long)
         for heading in DRAWN
-        for seed in range(5)
+        for seed in range(2)
     ],
 )
 def test_a_program_does_the_same_on_robots_whose_sensors_differ_as_real_ones_do(

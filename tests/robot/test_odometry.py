@@ -67,7 +67,7 @@ speeds = st.floats(-1, 1, allow_subnormal=False)
 legs = st.lists(st.tuples(speeds, speeds, st.floats(0.1, 3)), min_size=10, max_size=10)
 
 
-@few_and_many(1, 6)
+@few_and_many(1, 3)
 @pytest.mark.parametrize("watched", [(), ("proximity",)], ids=["unwatched", "watched"])
 @pytest.mark.parametrize("script", ["", FLAKY])
 @firmwares
@@ -145,7 +145,7 @@ def test_a_restart_that_nobody_noticed_makes_the_pose_uncertain_and_says_so(
         assert robot.pose().uncertainty < 0.001
 
 
-@few_and_many(2, 10)
+@few_and_many(2, 6)
 @firmwares
 def test_a_restart_on_the_way_is_never_hidden_by_a_small_uncertainty(
     field: str, firmware: str, examples: int, tmp_path: Path
@@ -377,7 +377,7 @@ def test_the_stated_uncertainty_is_by_how_much_another_wheel_or_axle_leads_elsew
     assert pose.heading_uncertainty == pytest.approx(2 * abs(heading), rel=0.05, abs=2 * STEP)
 
 
-@few_and_many(5, 20)
+@few_and_many(4, 12)
 def test_typical_robots_are_where_their_poses_say_19_times_in_20(
     field: str, examples: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -224,13 +224,13 @@ def reaches(name: str, firmware: str, seed: int, quality: str = "typical", link:
 
 
 def few_or_all() -> list[object]:
-    """Return one robot for each behaviour, of the firmwares in turn; in the long form five of each firmware."""
+    """Return one robot for each behaviour, of the firmwares in turn; in the long form three of each firmware."""
     return [
         pytest.param(name, firmware, seed, marks=() if quick == (firmware, seed) else pytest.mark.long)
         for k, (name, goal) in enumerate(GOALS.items())
         for quick in [(FIRMWARES[k % 4], drawn(1, FIRMWARES[k % 4])[0])]
         for firmware in FIRMWARES
-        for seed in drawn(5, firmware)
+        for seed in drawn(3, firmware)
         if goal.share == 1 or quick == (firmware, seed)
     ]
 
@@ -244,7 +244,7 @@ def test_with_a_drawn_robot_it_reaches_its_goal(name: str, firmware: str, seed: 
 @pytest.mark.long
 @pytest.mark.parametrize("name", [name for name, goal in GOALS.items() if goal.share < 1])
 def test_with_most_drawn_robots_it_reaches_its_goal(name: str) -> None:
-    robots = [(firmware, seed) for firmware in FIRMWARES for seed in drawn(5, firmware)]
+    robots = [(firmware, seed) for firmware in FIRMWARES for seed in drawn(3, firmware)]
     missed = [robot for robot in robots if not reaches(name, *robot)[0]]
     assert len(missed) <= (1 - GOALS[name].share) * len(robots), missed
 

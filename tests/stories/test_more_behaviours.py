@@ -167,7 +167,7 @@ REAL = [
     [
         pytest.param(*real, seed, marks=() if k == number == 0 else pytest.mark.long)
         for number, real in enumerate(REAL)
-        for k, seed in enumerate(drawn(4, "".join(real[:2])))
+        for k, seed in enumerate(drawn(2, "".join(real[:2])))
     ],
 )
 def test_whatever_its_sensors_read_over_black_a_robot_learns_it_and_stays_on_the_line(

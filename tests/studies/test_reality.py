@@ -63,12 +63,14 @@ def found() -> Realism:
     return realism()
 
 
+@pytest.mark.long
 def test_the_simulator_has_what_robots_have_except_in_what_is_said_to_be_apart(found: Realism) -> None:
     apart = {each.quantity.key for each in found.counted if each.share < 1}
     assert apart == reference().apart.keys(), RENEW
     assert round(found.score, 2) == reference().score, RENEW
 
 
+@pytest.mark.long
 def test_the_pages_have_what_was_measured(found: Realism, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "docs"))
     script = importlib.import_module("generate_reference")
@@ -77,15 +79,11 @@ def test_the_pages_have_what_was_measured(found: Realism, monkeypatch: pytest.Mo
     assert stale == [], "make docs"
 
 
-def test_every_quantity_could_be_measured(found: Realism) -> None:
+@pytest.mark.parametrize("robots", [2, pytest.param(None, marks=pytest.mark.long)])
+def test_every_quantity_could_be_measured(robots: int | None, request: pytest.FixtureRequest) -> None:
+    found = realism(robots=robots) if robots else request.getfixturevalue("found")
     missing = [each.quantity.key for each in found.quantities for it in each.conditions if math.isnan(it.compared)]
     assert missing == []
-
-
-def test_the_same_seed_gives_the_same_figures_and_another_one_others() -> None:
-    first, again, other = (realism(robots=1, seed=seed) for seed in (5, 5, 6))
-    assert first == again
-    assert first.quantities != other.quantities
 
 
 @pytest.mark.parametrize("wrong", [{"quality": "great"}, {"robots": 0}, {"seed": -1}])
@@ -181,23 +179,18 @@ def test_a_recorded_robot_reads_what_the_same_robot_reads_on_the_bench(firmware:
     assert bool(own["latency.wifi_packet"][0]) == (firmware == "epuck2-wifi")
 
 
-def test_without_a_wall_what_needs_one_is_left_out(tmp_path: Path) -> None:
-    session, own = recorded(tmp_path, "firmware=asercom-1.2.2", has_wall=False)
-    assert session.states == ["standing", "pictures", "turning", "placing", "driving", "end"]
-    assert "there is no wall" in session.told[-1]
-    assert not any(own["infrared.front"])
-    assert any(own["infrared.open_air"])
-
-
-def test_a_link_that_breaks_as_it_drives_is_opened_again_and_the_wheels_stand_at_the_end(tmp_path: Path) -> None:
+def test_a_link_that_breaks_is_opened_again_and_without_a_wall_what_needs_one_is_left_out(tmp_path: Path) -> None:
     (tmp_path / "cut.toml").write_text(
         'description = "Three cuts"\n'
         + "".join(f'[[fault]]\nkind = "cut"\nfrom = {at}\nfor = 1\n' for at in (20.0, 36.0, 42.0))
     )
-    session, own = recorded(tmp_path, f"fault={tmp_path / 'cut.toml'}")
-    assert session.states[-2:] == ["driving", "end"]
+    session, own = recorded(tmp_path, f"fault={tmp_path / 'cut.toml'}", has_wall=False)
+    assert session.states == ["standing", "pictures", "turning", "placing", "driving", "end"]
     assert [motor.speed for motor in session.motors] == [0, 0]
     assert any(own["microphones.floor_driving"])
+    assert "there is no wall" in session.told[-1]
+    assert not any(own["infrared.front"])
+    assert any(own["infrared.open_air"])
 
 
 def test_another_recording_is_refused_with_what_makes_one(tmp_path: Path) -> None:

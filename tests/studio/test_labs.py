@@ -33,17 +33,13 @@ PROGRAMS = [
     pytest.param(
         name,
         path.relative_to(load_lab(name).folder),
-        marks=() if name in QUICK and path.name != "start.py" else pytest.mark.long,
+        marks=() if name in QUICK else pytest.mark.long,
         id=f"{name}-{path.name}",
     )
     for name in shipped_labs()
-    for path in [
-        load_lab(name).folder / "start.py",
-        load_lab(name).folder / "teacher/solution.py",
-        random.Random(name).choice(sorted(load_lab(name).folder.glob("teacher/mistakes/*.py"))),
-    ]
+    for path in random.Random(name).sample(sorted(load_lab(name).folder.glob("teacher/**/*.py")), 1 + (name in QUICK))
 ]
-"""What a lab begins with, its solution, and one of its mistakes, which is drawn."""
+"""One of the solution and the mistakes of each lab, which is drawn; two of a quick one."""
 Run = Callable[[str, Callable[[Path], object], Callable[[], bool]], str]
 
 
