@@ -51,11 +51,14 @@ HERE = $(if $(subst $(CURDIR),,$(PWD)),$(CURDIR)/)
 demo: $(CORE) ## Watch a virtual e-puck avoid walls; leaves elib-demo.png
 	@"$(HERE)$(BIN)/elib" demo
 
+# Each process takes files in their order, and the end of the other's list when it is done: few files are set up twice.
+PYTEST = $(BIN)/pytest -n auto --dist worksteal
+
 test: setup ## Prove every promise once, in its quick form
-	@$(BIN)/pytest -n auto --dist worksteal -m "not long"
+	@$(PYTEST) -m "not long"
 
 test-all: setup ## Run all tests, the long forms too
-	@$(BIN)/pytest -n auto
+	@$(PYTEST)
 
 N := 20
 steady: setup ## Run `make test` N times beside two busy loops, to find tests that are not steady
