@@ -86,6 +86,11 @@ def test_every_quantity_could_be_measured(robots: int | None, request: pytest.Fi
     assert missing == []
 
 
+def test_another_seed_gives_other_figures() -> None:
+    one, other = (realism(robots=1, seed=seed) for seed in (5, 6))
+    assert one.quantities != other.quantities
+
+
 @pytest.mark.parametrize("wrong", [{"quality": "great"}, {"robots": 0}, {"seed": -1}])
 def test_a_wrong_argument_is_refused_before_anything_is_measured(wrong: dict[str, object]) -> None:
     with pytest.raises(ArgumentError, match=next(iter(wrong))):
