@@ -12,6 +12,7 @@ from elib_process import Told, elib, environment
 from elib.behaviours import behaviours
 from elib.cli import main
 from elib.cli.new import samples
+from lanes import short
 from shared import run
 
 FAST = "sim://arena?speed=max"
@@ -79,7 +80,7 @@ def test_the_copy_of_a_behaviour_runs_as_it_is(
     assert "robot time" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", PROGRAMS)
+@pytest.mark.parametrize("name", short(PROGRAMS, "square", "states"))
 def test_a_sample_runs_as_it_is_by_python_and_by_elib_run(name: str, tmp_path: Path) -> None:
     assert elib("new", name, "my_robot.py", cwd=tmp_path).stdout == "wrote my_robot.py; try: elib run my_robot.py\n"
     assert (tmp_path / "my_robot.py").read_text() == samples()[name]

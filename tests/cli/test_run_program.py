@@ -16,6 +16,7 @@ from elib.robot.watchdog import is_supported
 from elib.simulator.emulator.motors import StepMotor
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings
+from lanes import short
 from shared import run, until, wait_until
 
 FAST = "sim://square?speed=max"
@@ -90,8 +91,6 @@ STYLES = {
     "swarm": SWARM,
     "callback": CALLBACK,
 }
-ALIKE = ("reconnecting", "without with", "only main", "played")
-"""Styles that end as another one of the quick lane does."""
 LONG = pytest.mark.long
 
 
@@ -101,7 +100,7 @@ def written(folder: Path, text: str, name: str = "my_robot.py") -> Path:
     return path
 
 
-@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("style", short(STYLES, "without with", "async", "only main", "played", "swarm"))
 def test_a_program_of_any_style_runs_on_the_robot_that_is_named(style: str, tmp_path: Path) -> None:
     written(tmp_path, STYLES[style])
     robot = "sim://arena?speed=max"
@@ -117,7 +116,7 @@ def test_a_program_of_any_style_runs_on_the_robot_that_is_named(style: str, tmp_
     assert summary["robots"][0]["contacts"] == 0
 
 
-@pytest.mark.parametrize("style", [pytest.param(each, marks=LONG if each in ALIKE else ()) for each in STYLES])
+@pytest.mark.parametrize("style", short(STYLES, "blocking", "own loop", "swarm"))
 def test_its_time_ends_it_as_ctrl_c_does_and_the_robot_stands(style: str, tmp_path: Path) -> None:
     text = STYLES[style].replace("sleep(2)", "sleep(60)").replace("sleep(0.5)", "sleep(60)")
     written(tmp_path, text)
@@ -134,7 +133,7 @@ def test_its_time_ends_it_as_ctrl_c_does_and_the_robot_stands(style: str, tmp_pa
 
 
 @pytest.mark.skipif(not is_supported(), reason="there is no watchdog here")
-@pytest.mark.parametrize("style", [pytest.param(each, marks=LONG if each in ALIKE else ()) for each in STYLES])
+@pytest.mark.parametrize("style", short(STYLES, "async", "behaviour", "callback"))
 async def test_a_program_of_any_style_that_is_killed_leaves_a_robot_that_stands(style: str, tmp_path: Path) -> None:
     file = written(tmp_path, STYLES[style].replace("sleep(2)", "sleep(600)").replace("sleep(0.5)", "sleep(600)"))
     motors: list[StepMotor] = []
@@ -269,10 +268,10 @@ elib.run(main)
 @pytest.mark.parametrize(
     ("ending", "code", "said"),
     [
-        ("sys.exit()", 0, "by itself"),
+        pytest.param("sys.exit()", 0, "by itself", marks=LONG),
         ("sys.exit(3)", 3, "by an error"),
-        ("sys.exit('no more')", 1, "no more\n"),
-        ("robot.set_speed(99, 0)", 1, "ArgumentError: left is 99 rev/s"),
+        pytest.param("sys.exit('no more')", 1, "no more\n", marks=LONG),
+        pytest.param("robot.set_speed(99, 0)", 1, "ArgumentError: left is 99 rev/s", marks=LONG),
         ("1 / 0", 1, "ZeroDivisionError"),
         ("robot.proximty()", 1, "no attribute 'proximty'. Did you mean: 'proximity'?\n"),
         ("speed = 1; robt", 1, "NameError: name 'robt' is not defined. Did you mean: 'robot'?\n"),
@@ -339,7 +338,7 @@ def test_what_a_program_prints_comes_before_its_summary(tmp_path: Path) -> None:
     [
         ("without with", signal.SIGINT),
         ("async", signal.SIGTERM),
-        ("own loop", signal.SIGTERM),
+        pytest.param("own loop", signal.SIGTERM, marks=LONG),
         ("swarm", signal.SIGTERM),
         ("behaviour", signal.SIGINT),
         pytest.param("without with", signal.SIGTERM, marks=LONG),

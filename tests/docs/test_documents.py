@@ -22,8 +22,8 @@ from elib.simulator.worlds.files import parse as parse_world
 ELSEWHERE = {ROOT / "docs/cookbook", ROOT / "docs/tutorial"}
 """Their programs are run in ``test_cookbook.py`` and ``test_tutorial.py``."""
 WITH_PYTHON = [page for page in PAGES if blocks(page, "python") and page.parent not in ELSEWHERE]
-COMPILED = {"docs/guides/fast-simulation.md", "docs/guides/gymnasium.md"}
-"""Pages whose programs take the compiled engine, which takes many seconds to compile."""
+LONG = {"docs/guides/fast-simulation.md", "docs/guides/gymnasium.md", "docs/guides/maps.md"}
+"""Pages whose programs take the compiled engine, which takes many seconds to compile, or drive for minutes."""
 WITH_CONSOLE = [page for page in PAGES if blocks(page, "console")]
 DOCTORS_PAGES = [block for page in PAGES for block in blocks(page, "text") if re.search(r"\nlink: \S+\n\n", block.text)]
 TABLES = {f"{name_of(page)}:{block.line}": block for page in PAGES for block in blocks(page, "toml")}
@@ -45,7 +45,7 @@ def test_there_are_guides_that_show_what_their_programs_print() -> None:
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(page, id=name_of(page), marks=[pytest.mark.long] if name_of(page) in COMPILED else [])
+        pytest.param(page, id=name_of(page), marks=[pytest.mark.long] if name_of(page) in LONG else [])
         for page in WITH_PYTHON
     ],
 )

@@ -134,7 +134,10 @@ def test_a_command_names_no_page_that_an_installed_elib_lacks() -> None:
     source = ROOT / "src/elib"
     named: set[str] = set()
     for path in source.rglob("*.py"):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+        written = path.read_text(encoding="utf-8")
+        if "docs/" not in written and "guide(" not in written:
+            continue
+        tree = ast.parse(written)
         shown = {
             id(node.value)
             for node in ast.walk(tree)

@@ -573,7 +573,7 @@ PAUSES = (-TICK, -TICK, 0.0, 0.05, 0.1, 0.25, 0.35)
 FATES = ("answered", "answered", "answered", "lost", "late")
 
 
-@few_and_many(200, 600)
+@few_and_many(100, 600)
 def test_any_schedule_of_pages_programs_and_failures_leaves_no_robot_moving_that_nobody_drives(examples: int) -> None:
     @settings(max_examples=examples)
     @given(

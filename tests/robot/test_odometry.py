@@ -21,7 +21,7 @@ from elib.robot.blocking import BlockingEpuck
 from elib.robot.reckoning import MAX_CHANGES, UNKNOWN, Change, Moment, Pair, Reckoning
 from elib.robot.runner import run_on
 from elib.testing import link_of, simulation_of, with_faults, world_of
-from lanes import few_and_many
+from lanes import few_and_many, short
 
 FIELD = "[arena]\nsize = [40.0, 40.0]\n[[robot]]\nposition = [20.0, 20.0]\nheading = 0\n"
 FLAKY = "flaky-bluetooth"
@@ -29,6 +29,8 @@ STEP = METRES_PER_STEP / AXLE
 """rad by which a step of one wheel turns the robot."""
 REAL = Reckoning.spreads
 firmwares = pytest.mark.parametrize("firmware", PROFILES)
+with_each_counter = pytest.mark.parametrize("firmware", short(PROFILES, "asercom-1.2.2", "epuck2"))
+"""In the quick lane one firmware whose counters have 16 bits, and one whose have more."""
 
 
 @pytest.fixture(autouse=True)
@@ -69,7 +71,7 @@ legs = st.lists(st.tuples(speeds, speeds, st.floats(0.1, 3)), min_size=10, max_s
 
 @few_and_many(1, 3)
 @pytest.mark.parametrize("watched", [(), ("proximity",)], ids=["unwatched", "watched"])
-@pytest.mark.parametrize("script", ["", FLAKY])
+@pytest.mark.parametrize("script", short(["", FLAKY], FLAKY))
 @firmwares
 def test_ten_drawn_legs_with_nothing_read_in_between_end_within_a_centimetre_and_three_degrees(
     field: str, firmware: str, script: str, watched: tuple[str, ...], examples: int
@@ -114,7 +116,7 @@ def test_three_legs_that_nobody_watched_lead_home(field: str) -> None:
         assert off(robot, Pose(0, 0, robot.pose().heading))[0] < 0.01
 
 
-@firmwares
+@with_each_counter
 def test_counters_that_wrapped_unread_are_told_apart_by_speed_and_time(field: str, firmware: str) -> None:
     with elib.connect(f"{field}&firmware={firmware}") as robot:
         for speed, seconds in ((1, 33), (-0.5, 150)):
@@ -146,7 +148,7 @@ def test_a_restart_that_nobody_noticed_makes_the_pose_uncertain_and_says_so(
 
 
 @few_and_many(2, 6)
-@firmwares
+@with_each_counter
 def test_a_restart_on_the_way_is_never_hidden_by_a_small_uncertainty(
     field: str, firmware: str, examples: int, tmp_path: Path
 ) -> None:
@@ -170,7 +172,7 @@ def test_a_restart_on_the_way_is_never_hidden_by_a_small_uncertainty(
     assert len(wrong) <= examples // 20, wrong
 
 
-@firmwares
+@with_each_counter
 def test_readings_on_the_way_do_not_add_up_to_an_uncertainty(field: str, firmware: str) -> None:
     with elib.connect(f"{field}&firmware={firmware}") as robot:
         pose = robot.pose()
