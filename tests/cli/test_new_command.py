@@ -68,9 +68,7 @@ def test_a_wrong_option_of_a_copy_is_refused(
     assert message in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(each, marks=() if each in QUICK else pytest.mark.long) for each in FROM_BEHAVIOURS]
-)
+@pytest.mark.parametrize("name", short(FROM_BEHAVIOURS, *QUICK))
 def test_the_copy_of_a_behaviour_runs_as_it_is(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

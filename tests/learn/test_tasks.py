@@ -276,19 +276,16 @@ def test_who_drives_straight_to_the_lamp_often_touches_what_stands_before_it(exa
     seeds = range(1, 1 + examples)
     scores = {each: [played(TASKS["find-and-avoid"], each, seed=seed) for seed in seeds] for each in (to_lamp, find)}
     solved = {each: sum(score >= 1.0 for score in found) for each, found in scores.items()}
-    assert solved[to_lamp] <= 0.6 * examples
-    assert solved[find] >= 0.8 * examples
+    assert solved[to_lamp] <= 0.5 * examples
+    assert solved[find] >= 0.9 * examples
 
 
-@few_and_many(8, 20)
-def test_who_has_forgotten_the_lamp_leaves_the_t_maze_at_the_right_end_in_one_half_of_the_episodes(
-    examples: int,
-) -> None:
+def test_who_has_forgotten_the_lamp_leaves_the_t_maze_at_the_right_end_in_one_half_of_the_episodes() -> None:
     remembering, looking = (
-        [played(TASKS["t-maze"], remember, now, seed) for seed in range(1, 1 + examples)] for now in (0.0, 1.0)
+        [played(TASKS["t-maze"], remember, now, seed) for seed in range(1, 21)] for now in (0.0, 1.0)
     )
-    assert sum(score > 1.0 for score in remembering) >= 0.85 * examples
-    assert 0.25 * examples <= sum(score > 1.0 for score in looking) <= 0.75 * examples
+    assert sum(score > 1.0 for score in remembering) >= 18
+    assert 5 <= sum(score > 1.0 for score in looking) <= 15
     assert all(score < 0.7 or 1.9 < score < 2.4 for score in (*remembering, *looking))  # one end or the other
 
 
@@ -346,9 +343,7 @@ def test_the_way_through_the_maze_gets_longer_by_less_than_a_step_is_long() -> N
         assert abs(after - before) < 0.005
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[] if name == "avoid" else [pytest.mark.long]) for name in RANGES]
-)
+@pytest.mark.parametrize("name", short(RANGES, "avoid"))
 def test_both_engines_pay_the_same_to_the_last_bit(name: str) -> None:
     pytest.importorskip("numba")
     task, draw = TASKS[name], random.Random(name)
