@@ -52,12 +52,12 @@ demo: $(CORE) ## Watch a virtual e-puck avoid walls; leaves elib-demo.png
 	@"$(HERE)$(BIN)/elib" demo
 
 # Each process takes files in their order, and the end of the other's list when it is done: few files are set up twice.
-PYTEST = $(BIN)/pytest -n auto --dist worksteal
+PYTEST = $(BIN)/pytest -n auto --dist worksteal $(ARGS)
 
-test: setup ## Prove every promise once, in its quick form
+test: setup ## Prove every promise once, in its quick form; ARGS="-k name" gives options to pytest
 	@$(PYTEST) -m "not long"
 
-test-all: setup ## Run all tests, the long forms too
+test-all: setup ## Run all tests, the long forms too; ARGS as above
 	@$(PYTEST)
 
 N := 20

@@ -16,7 +16,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-LANES = {"quick": ["-m", "not long"], "long": []}
+LANES = {"quick": "test", "long": "test-all"}
+"""The targets of make."""
 
 
 @contextlib.contextmanager
@@ -33,8 +34,7 @@ def load(loops: int) -> Iterator[None]:
 
 def lap(seed: int, lane: str) -> list[str]:
     """Run a lane once; return the tests that failed, or what pytest said if it came to no result."""
-    command = [sys.executable, "-m", "pytest", "-n", "auto", "--dist", "worksteal", "-rfE", *LANES[lane]]
-    command.append(f"--hypothesis-seed={seed}")
+    command = ["make", LANES[lane], f"ARGS=-rfE --hypothesis-seed={seed}"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     if not done.returncode:
         return []

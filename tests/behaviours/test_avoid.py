@@ -14,6 +14,7 @@ from elib.link.protocol.values import Wheels
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
 from elib.testing.inside import transport_of
+from lanes import short
 
 MAX_TOUCH = 1.0
 """s that the robot may lean on something before it counts as stuck."""
@@ -100,7 +101,7 @@ async def _wander(robot: Epuck, seconds: float, **options: object) -> tuple[floa
     return longest, path, len(squares)
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2, 3))])
+@pytest.mark.parametrize("seed", short(range(4), 0))
 def test_in_the_arena_it_keeps_moving_and_never_leans_on_a_wall(seed: int) -> None:
     longest, path, squares = run_on(f"sim://?speed=max&seed={seed}", lambda robot: _wander(robot, 30))
     assert longest < MAX_TOUCH
@@ -108,7 +109,7 @@ def test_in_the_arena_it_keeps_moving_and_never_leans_on_a_wall(seed: int) -> No
     assert squares >= 12
 
 
-@pytest.mark.parametrize("cruise", [pytest.param(0.2, marks=pytest.mark.long), 1.0])
+@pytest.mark.parametrize("cruise", short([0.2, 1.0], 1.0))
 def test_other_cruising_speeds_are_safe_too(cruise: float) -> None:
     longest, path, _ = run_on("sim://?speed=max&seed=3", lambda robot: _wander(robot, 30, cruise=cruise))
     assert longest < MAX_TOUCH

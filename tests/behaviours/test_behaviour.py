@@ -6,6 +6,7 @@ import asyncio
 import re
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -17,6 +18,7 @@ from elib.link.protocol.quantities import SoundNumber, WheelSpeed
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
 from elib.testing import simulation_of
+from lanes import short
 
 T = TypeVar("T")
 SIM = "sim://square?speed=max"
@@ -171,7 +173,7 @@ def test_an_impossible_time_is_refused(seconds: float) -> None:
 
 @pytest.mark.parametrize(
     ("name", "seconds"),
-    [(name, 5) for name in behaviours()] + [pytest.param(name, 30, marks=pytest.mark.long) for name in behaviours()],
+    short(product(behaviours(), (5, 30)), *product(behaviours(), (5,))),
 )
 def test_every_behaviour_runs_its_time_at_home_and_leaves_the_robots_standing(
     name: str, seconds: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

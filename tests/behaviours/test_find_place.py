@@ -14,6 +14,7 @@ from elib.behaviours.find_place import find_place
 from elib.link.protocol.profiles import PROFILES
 from elib.simulator.worlds.files import parse_file
 from elib.testing import simulated, simulation_of, world_of
+from lanes import short
 
 ROOM = """
 [arena]
@@ -30,7 +31,6 @@ size = [0.16, 0.16]
 [[robot]]
 position = [0.15, 0.15]
 """
-OTHERS = sorted({*PROFILES} - {"asercom-1.2.2"})
 MAZE = elib.Grid.of_world("maze")
 
 
@@ -54,11 +54,10 @@ def still(robot: elib.Epuck) -> bool:
 
 @pytest.mark.parametrize(
     ("link", "seed"),
-    [
+    short(
+        [*((f"firmware={each}", 7) for each in PROFILES), *(("fault=flaky-bluetooth", seed) for seed in (8, 9))],
         ("firmware=asercom-1.2.2", 7),
-        *(pytest.param(f"firmware={each}", 7, marks=pytest.mark.long) for each in OTHERS),
-        *(pytest.param("fault=flaky-bluetooth", seed, marks=pytest.mark.long) for seed in (8, 9)),
-    ],
+    ),
 )
 @simulated
 async def test_it_finds_the_robot_wherever_it_was_put_and_then_it_stands(link: str, seed: int) -> None:

@@ -9,11 +9,12 @@ from played import played, with_fault
 
 from elib.base.errors import LinkLost
 from elib.link.protocol.profiles import PROFILES
+from lanes import each_once, short
 
 BLUETOOTH = "sim://arena?speed=max&quality=ideal&latency=0.03&jitter=0.015"
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
+@pytest.mark.parametrize("seed", short(range(3), 0))
 def test_the_square_closes_within_two_millimetres_and_a_degree_over_bluetooth(seed):
     square = played("go-and-turn", f"{BLUETOOTH}&seed={seed}")
     assert square.way < 0.002
@@ -46,11 +47,7 @@ LINKS = ("loss=0.05", "latency=0.2", "latency=0.1&jitter=0.05", "latency=0.03&ji
 
 @pytest.mark.parametrize(
     ("firmware", "link"),
-    [
-        pytest.param(firmware, link, marks=() if index == place else pytest.mark.long)
-        for index, firmware in enumerate(PROFILES)
-        for place, link in enumerate(LINKS)
-    ],
+    each_once(PROFILES, LINKS),
 )
 def test_it_closes_within_a_millimetre_over_bad_links_on_every_firmware(firmware, link, field):
     for seed in random.Random(f"{firmware} {link}").sample(range(10**6), 2):

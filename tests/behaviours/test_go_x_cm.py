@@ -7,6 +7,7 @@ from played import played, with_fault
 
 from elib.behaviours import find, play
 from elib.robot.motion import pace
+from lanes import short
 
 LINK = "sim://arena?speed=max&latency=0.03&jitter=0.015"
 
@@ -27,9 +28,7 @@ def test_ten_centimetres_are_ten_centimetres_over_bad_links_too(link):
     assert played("go-x-cm", f"sim://arena?speed=max&{link}", cm=10).way == pytest.approx(0.10, abs=0.001)
 
 
-@pytest.mark.parametrize(
-    "tenth", [pytest.param(tenth, marks=() if tenth in (1, 5, 10) else pytest.mark.long) for tenth in range(1, 11)]
-)
+@pytest.mark.parametrize("tenth", short(range(1, 11), 1, 5, 10))
 def test_it_ends_within_two_millimetres_of_its_goal_after_a_cut_at_any_tenth_of_the_way(tenth, tmp_path):
     moment = 0.3 + 4.3 * (tenth - 1) / 9  # it takes 4.6 s
     journey = played("go-x-cm", with_fault(tmp_path, f'kind = "cut"\nat = {moment:.2f}\nfor = 3', LINK), cm=10)

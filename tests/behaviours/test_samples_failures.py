@@ -16,6 +16,7 @@ from elib.link.session import Called, TraceEvent
 from elib.records.log import logged_name
 from elib.robot.aio import Epuck
 from elib.testing.inside import transport_of
+from lanes import short
 
 SIM = "sim://square?speed=max"
 
@@ -60,10 +61,7 @@ def test_a_stop_that_is_not_confirmed_is_told_and_repaired_too() -> None:
 
 @pytest.mark.parametrize(
     "keys",
-    [
-        *(pytest.param(keys, marks=pytest.mark.long) for keys in ("loss=0.05&seed=3", "latency=0.2")),
-        "latency=0.2&loss=0.05",
-    ],
+    short(["loss=0.05&seed=3", "latency=0.2", "latency=0.2&loss=0.05"], "latency=0.2&loss=0.05"),
 )
 def test_a_bad_link_is_repaired_again_and_again(keys: str) -> None:
     outcome = play(find("failure-by-exceptions"), f"{SIM}&{keys}", seconds=120)

@@ -9,6 +9,7 @@ from elib.link.protocol.profiles import PROFILES
 from elib.link.session.statistics import LinkStats
 from elib.robot.aio import Epuck
 from elib.testing import link_of
+from lanes import short
 
 
 def statistics_with_lost_answers(name: str, url: str, lost: int) -> LinkStats:
@@ -25,19 +26,18 @@ def statistics_with_lost_answers(name: str, url: str, lost: int) -> LinkStats:
     return outcome.statistics
 
 
-RUNS = (("bull", "red-boxes", 1), ("follow-ball", "soccer", 1), ("aggregation", "crowd?robots=3", 3))
-QUICK = {("bull", 0, 1), ("follow-ball", 1, 3), ("aggregation", 2, 1), ("bull", 3, 3)}
+BULL, BALL, CROWD = RUNS = (
+    ("bull", "red-boxes", 1),
+    ("follow-ball", "soccer", 1),
+    ("aggregation", "crowd?robots=3", 3),
+)
+QUICK = [(*BULL, 1, "btcom-1.1.3"), (*BALL, 3, "btcom-2.0"), (*CROWD, 1, "asercom-1.2.2"), (*BULL, 3, "epuck2")]
 """Each behaviour, firmware and number of lost answers once."""
 
 
 @pytest.mark.parametrize(
     ("name", "world", "robots", "lost", "firmware"),
-    [
-        pytest.param(*run, lost, firmware, marks=() if (run[0], index, lost) in QUICK else pytest.mark.long)
-        for run in RUNS
-        for lost in (1, 3)
-        for index, firmware in enumerate(PROFILES)
-    ],
+    short([(*run, lost, firmware) for run in RUNS for lost in (1, 3) for firmware in PROFILES], *QUICK),
 )
 def test_a_camera_gets_its_settings_again_if_their_answer_is_lost(
     name: str, world: str, robots: int, lost: int, firmware: str

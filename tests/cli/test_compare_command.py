@@ -12,6 +12,7 @@ from elib.records.topics import MEASURED
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
 from elib.studies.reality.parity import realism
+from lanes import short
 
 
 def recorded(
@@ -101,7 +102,7 @@ def test_a_profile_and_a_world_may_be_named(compared: Told, first: Path, tmp_pat
     assert found["b"]["recording"] == f"the simulator with {profile}"
 
 
-@pytest.mark.parametrize("suffix", [pytest.param("png", marks=pytest.mark.long), "svg"])
+@pytest.mark.parametrize("suffix", short(["png", "svg"], "svg"))
 def test_a_picture_is_drawn(compared: Told, first: Path, second: Path, suffix: str) -> None:
     file = first.with_suffix(f".{suffix}")
     compared(first, second, "--plot", file)

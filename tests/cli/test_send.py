@@ -14,6 +14,7 @@ from elib.cli import main
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.profiles import PROFILES
 from elib.robot.actions import catalogue
+from lanes import short
 
 ARGUMENTS = {
     "set_speed": ["0.5", "-0.25"],
@@ -55,9 +56,7 @@ def sent(capsys: pytest.CaptureFixture[str]) -> Sent:
     return run
 
 
-@pytest.mark.parametrize(
-    "firmware", [pytest.param(each, marks=() if each in FIRST else pytest.mark.long) for each in PROFILES]
-)
+@pytest.mark.parametrize("firmware", short(PROFILES, *FIRST))
 def test_every_command_answers_with_one_line_of_json_or_says_why_there_is_none(firmware: str, sent: Sent) -> None:
     for name in catalogue():
         code, out, err = sent(name, *ARGUMENTS.get(name, []), "--json", "--robot", sim(firmware))

@@ -5,11 +5,13 @@ import io
 import re
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 
 import pytest
 from pages import ROOT, Block, all_blocks, links, name_of, programs
 
+from lanes import short
 from shared import PATIENCE, run_python
 
 PAGES = sorted(path for path in (ROOT / "docs/cookbook").glob("*.md") if path.name != "README.md")
@@ -102,11 +104,7 @@ DRAWN = {
 
 @pytest.mark.parametrize(
     ("heading", "seed"),
-    [
-        pytest.param(heading, seed, marks=() if (heading, seed) == ("Stop at a black line", 0) else pytest.mark.long)
-        for heading in DRAWN
-        for seed in range(2)
-    ],
+    short(product(DRAWN, range(2)), ("Stop at a black line", 0)),
 )
 def test_a_program_does_the_same_on_robots_whose_sensors_differ_as_real_ones_do(
     heading: str, seed: int, tmp_path: Path

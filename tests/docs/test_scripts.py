@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from pages import CANNOT_STOP, ROOT, complaints, name_of, programs
 
+from lanes import short
 from shared import PATIENCE
 
 SOURCES = {
@@ -93,7 +94,7 @@ def one_way_each() -> list[object]:
     quick = [(name, way) for name in QUICK for way in ways(name)]
     others = [(name, list(ways(name))) for name in SOURCES if name not in QUICK]
     long = [(name, possible[k % len(possible)]) for k, (name, possible) in enumerate(others)]
-    return [*quick, *(pytest.param(*each, marks=pytest.mark.long) for each in long)]
+    return short([*quick, *long], *quick)
 
 
 @pytest.mark.parametrize(("name", "way"), one_way_each())
@@ -105,7 +106,7 @@ def test_a_program_as_it_is_without_with_or_in_a_thread_ends_without_a_complaint
     assert done.returncode == 0
 
 
-@pytest.mark.parametrize("name", ["examples/01_hello.py", pytest.param("README.md", marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", short(["examples/01_hello.py", "README.md"], "examples/01_hello.py"))
 def test_a_program_that_goes_on_at_the_prompt_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
     done = run(BARE[name], tmp_path, "-i", "-q", said="print(robot)\n")
     assert "open>" in done.stdout

@@ -47,7 +47,7 @@ async def test_a_door_without_a_robot_is_refused():
             raise AssertionError("it opened")
 
 
-SERVE, FOXGLOVE, AGENT = ("serve",), ("foxglove",), ("agent", "--http", "--allow-real")
+SERVE, FOXGLOVE, AGENT = ["serve"], ["foxglove"], ["agent", "--http", "--allow-real"]
 
 
 @pytest.mark.parametrize("words", short([SERVE, FOXGLOVE, AGENT], SERVE), ids=lambda words: words[0])

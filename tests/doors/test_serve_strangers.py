@@ -9,6 +9,8 @@ import tracemalloc
 
 import pytest
 
+from lanes import short
+
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
 from local_network import LocalLoop
@@ -158,7 +160,7 @@ HOSTILE = [
 """Whole messages that ask for what must not be done."""
 
 
-@pytest.mark.parametrize("count", [200, pytest.param(1000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", short([200, 1000], 200))
 @pytest.mark.parametrize("kind", ["malformed", "hostile"])
 async def test_however_many_such_messages_are_refused_and_leave_no_trace(kind: str, count: int) -> None:
     draw = random.Random(f"elib serve, {kind}")

@@ -16,6 +16,7 @@ from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.physics import Box, Colour, EpuckModel, Pose, Scene, World
 from elib.simulator.physics.fittings import Light, Sound, Stripe
 from elib.simulator.physics.sensors import ground
+from lanes import short
 
 QUIET = EpuckModel(quality="ideal", sensor_noise=0, ground_module=True)
 FIRMWARES = [("btcom-2.0", EPUCK1), ("asercom-1.2.2", EPUCK1_HW13), ("epuck2", EPUCK2)]
@@ -224,7 +225,7 @@ def test_a_robot_that_plays_is_heard_by_its_neighbour_until_the_sound_ends():
     assert player.sound == 0
 
 
-@pytest.mark.parametrize("engine", ["interpreted", pytest.param("compiled", marks=pytest.mark.long)])
+@pytest.mark.parametrize("engine", short(["interpreted", "compiled"], "interpreted"))
 def test_what_a_robot_of_a_world_plays_ends_when_it_was_told_to(engine):
     both = World(Scene(4, 4, starts=(Pose(2, 2), Pose(2.2, 2)), model=QUIET), engine=engine)
     silence = both.microphones(1)

@@ -15,6 +15,7 @@ from elib.simulator.emulator import server, tcp_client
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings
+from lanes import short
 from shared import PATIENCE, until
 
 METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH", "PRI", "PROPFIND", "D", "S")
@@ -24,7 +25,7 @@ METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE"
 FIRST, *OTHERS = PROFILES
 
 
-@pytest.fixture(params=[FIRST, *(pytest.param(firmware, marks=pytest.mark.long) for firmware in OTHERS)])
+@pytest.fixture(params=short([FIRST, *OTHERS], FIRST))
 async def port(request: pytest.FixtureRequest) -> AsyncIterator[int]:
     """TCP port of a robot of each kind, on a line eight times as quick as the real one."""
     async with serve(SimulationSettings(world="square", firmware=request.param, baud=1_000_000), tcp="0") as served:

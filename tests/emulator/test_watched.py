@@ -15,6 +15,7 @@ import pytest
 import elib
 from elib.base.errors import ArgumentError, SimulationError, Unsupported
 from elib.link.transport import parse_url
+from lanes import short
 from shared import PATIENCE, needs_page, wait_until
 
 pytest.importorskip("aiohttp")
@@ -106,7 +107,7 @@ def test_a_world_that_cannot_be_shown_says_why(monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.parametrize(
     "number",
-    [signal.SIGKILL, *(pytest.param(number, marks=pytest.mark.long) for number in (signal.SIGTERM, signal.SIGINT))],
+    short([signal.SIGKILL, signal.SIGTERM, signal.SIGINT], signal.SIGKILL),
 )
 def test_the_process_ends_with_its_program_however_that_ends(number: signal.Signals, tmp_path: Path) -> None:
     program = tmp_path / "my_robot.py"

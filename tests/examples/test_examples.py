@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import elib
+from lanes import short
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SHOWS = {
@@ -54,12 +55,8 @@ SHOWS = {
 """What each prints, in parts."""
 WITHOUT_ROBOT = {"10_emulated_robot.py"}
 """Its robot is on the bench: nothing is opened."""
-COMPILES = {"19_learn.py"}
-
-
-def in_its_lane(name: str) -> object:
-    """Return an example as a parameter; one that compiles takes a minute."""
-    return pytest.param(name, marks=pytest.mark.long if name in COMPILES else ())
+QUICK = {*SHOWS} - {"19_learn.py"}
+"""All but the one that compiles, which takes a minute."""
 
 
 @pytest.fixture
@@ -86,7 +83,7 @@ def test_every_example_is_known_here() -> None:
     assert sorted(path.name for path in EXAMPLES.glob("*.py")) == sorted(SHOWS)
 
 
-@pytest.mark.parametrize("name", [*map(in_its_lane, SHOWS)])
+@pytest.mark.parametrize("name", short(SHOWS, *QUICK))
 def test_an_example_runs_and_shows_what_it_should(name: str, run, tmp_path: Path) -> None:
     printed = run(name)
     for part in SHOWS[name]:
@@ -99,7 +96,7 @@ def test_an_example_runs_and_shows_what_it_should(name: str, run, tmp_path: Path
         assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize("name", [*map(in_its_lane, sorted({*SHOWS} - WITHOUT_ROBOT))])
+@pytest.mark.parametrize("name", short(sorted({*SHOWS} - WITHOUT_ROBOT), *QUICK))
 def test_every_example_opens_the_robot_that_the_command_line_names_and_refuses_what_it_does_not_know(
     name: str, run, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -17,6 +17,7 @@ from elib.simulator.emulator.sim_transport import SimTransport
 from elib.testing import simulated
 from elib.tools.flash import Image, Uploader
 from elib.tools.flash.image import image_of
+from lanes import short
 from shared import now
 
 pytest.importorskip("intelhex", reason="the extra flash is not installed: pip install '.[flash]'")
@@ -28,15 +29,10 @@ PROGRAMS = int(os.environ.get("ELIB_PROGRAMS", "12"))
 """Random programs that the long form writes; 1,000 take some minutes."""
 UPLOADS = int(os.environ.get("ELIB_UPLOADS", "2"))
 """Uploads that the long form disturbs in each of ten ways."""
-SOME = (0, 1, 5, 10)
+SOME = [0, 1, 5, 10]
 """Packets of the quick forms: the first one, both ends of the rows and one in between."""
-OTHERS = (2, 3, 4, 6, 7, 8, 9)
+OTHERS = [2, 3, 4, 6, 7, 8, 9]
 """Those of the long forms."""
-
-
-def first_and(*more: object) -> list[object]:
-    """Return the first of these cases for the quick form, and the others for the long one."""
-    return [more[0], *(pytest.param(each, marks=pytest.mark.long) for each in more[1:])]
 
 
 def image(program: dict[int, int] = PROGRAM) -> Image:
@@ -55,7 +51,7 @@ async def test_a_program_is_written_and_the_robot_says_its_version(firmware: str
     assert rig.said == [f"The robot runs {firmware}: {version.text}. It is stopped and reset."]
 
 
-@pytest.mark.parametrize("count", first_and(3, PROGRAMS))
+@pytest.mark.parametrize("count", short([3, PROGRAMS], 3))
 @simulated
 async def test_random_programs_are_in_the_memory_as_they_are_in_the_file(count: int) -> None:
     rng = random.Random(count)
@@ -143,7 +139,7 @@ async def test_a_refused_packet_is_sent_again_when_both_sides_count_alike_again(
     assert [failure.partition(": ")[2] for failure in uploader.upload.failures] == ["the check sum was wrong (N)"]
 
 
-@pytest.mark.parametrize("latency", first_and(0.11, 0.0, 0.03, 0.06, 0.16, 0.24))
+@pytest.mark.parametrize("latency", short([0.11, 0.0, 0.03, 0.06, 0.16, 0.24], 0.11))
 @simulated
 async def test_calls_that_were_still_on_their_way_do_not_shift_the_packets(latency: float) -> None:
     rig = Rig("asercom-1.2.2", latency=latency)
@@ -174,7 +170,7 @@ def spoil(rig: Rig, places: list[int], *, how: str = "change") -> None:
 
 
 @pytest.mark.parametrize("how", ["change", "lose", "double"])
-@pytest.mark.parametrize("seed", first_and(*range(4)))
+@pytest.mark.parametrize("seed", short(range(4), 0))
 @simulated
 async def test_bytes_that_change_vanish_or_come_twice_cost_time_and_nothing_else(how: str, seed: int) -> None:
     rng = random.Random(f"{how} {seed}")
@@ -186,7 +182,7 @@ async def test_bytes_that_change_vanish_or_come_twice_cost_time_and_nothing_else
     assert rig.is_flashable
 
 
-@pytest.mark.parametrize("rows", first_and(SOME, OTHERS))
+@pytest.mark.parametrize("rows", short([SOME, OTHERS], SOME))
 @pytest.mark.parametrize("how", ["change", "lose", "double", "the answer is lost"])
 @simulated
 async def test_a_fault_at_any_row_is_mended(how: str, rows: Sequence[int]) -> None:
@@ -272,7 +268,7 @@ async def disturbed_upload(rig: Rig, rng: random.Random, how: str) -> Exception 
     return None
 
 
-@pytest.mark.parametrize("uploads", first_and(1, UPLOADS))
+@pytest.mark.parametrize("uploads", short([1, UPLOADS], 1))
 @pytest.mark.parametrize("how", CUTS)
 @simulated
 async def test_uploads_that_are_disturbed_at_random_moments_leave_a_robot_that_is_flashed_again(
@@ -289,7 +285,7 @@ async def test_uploads_that_are_disturbed_at_random_moments_leave_a_robot_that_i
         assert rig.is_flashable
 
 
-@pytest.mark.parametrize("rows", first_and(SOME[1:], OTHERS))
+@pytest.mark.parametrize("rows", short([SOME[1:], OTHERS], SOME[1:]))
 @pytest.mark.parametrize("how", ["link", "power", "cancelled", "button"])
 @simulated
 async def test_an_upload_that_ends_behind_any_row_leaves_a_robot_that_is_flashed_again(

@@ -14,6 +14,7 @@ from labs_for_tests import GIVEN, lab_in, run_program
 
 from elib.lab.goal import GoalResult, Trace, Zone, judge
 from elib.lab.goals import KINDS
+from lanes import short
 
 ZONES = """
 [[zone]]
@@ -243,7 +244,7 @@ def judged(seed: int) -> Iterator[tuple[str, GoalResult]]:
     return zip((kind for kind, _ in run.goals), judge(goals, trace_of(run), refusal), strict=True)
 
 
-@pytest.mark.parametrize("runs", [100, pytest.param(1000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("runs", short([100, 1000], 100))
 def test_every_verdict_on_drawn_runs_is_that_of_plain_loops(runs: int) -> None:
     """The digests come from the judge of commit 8882e5f6, which went through lists of poses one by one.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -154,11 +155,7 @@ def test_a_run_is_the_same_again_however_slow_the_program_is_and_as_in_the_simul
 
 @pytest.mark.parametrize(
     ("firmware", "seed"),
-    [
-        pytest.param(firmware, seed, marks=() if (firmware, seed) in FIRST else pytest.mark.long)
-        for firmware in FIRMWARES
-        for seed in SEEDS
-    ],
+    short(product(FIRMWARES, SEEDS), *FIRST),
 )
 def test_every_firmware_answers_as_in_the_simulator(tmp_path: Path, firmware: str, seed: int) -> None:
     lab = lab_in(tmp_path, variants=variant(seed=seed, firmware=firmware))
@@ -169,7 +166,7 @@ def test_every_firmware_answers_as_in_the_simulator(tmp_path: Path, firmware: st
     )
 
 
-@pytest.mark.parametrize("fault", ["flaky-bluetooth", pytest.param("walks-out-of-range", marks=pytest.mark.long)])
+@pytest.mark.parametrize("fault", short(["flaky-bluetooth", "walks-out-of-range"], "flaky-bluetooth"))
 def test_faults_come_as_in_the_simulator(tmp_path: Path, fault: str) -> None:
     lab = lab_in(tmp_path, variants=variant(fault=fault, time=90))
     result = run_program(lab, HEAD + RECONNECTING)
@@ -230,7 +227,7 @@ with elib.connect() as one, elib.connect() as other:
     assert result.transcript == run_program(lab, program).transcript
 
 
-@pytest.mark.parametrize("seconds", [*(pytest.param(each, marks=pytest.mark.long) for each in (0.0, 1.1)), 0.3])
+@pytest.mark.parametrize("seconds", short([0.0, 1.1, 0.3], 0.3))
 def test_a_program_that_is_killed_leaves_its_robot_driving(tmp_path: Path, seconds: float) -> None:
     program = f"""
 import os, signal, elib

@@ -13,6 +13,7 @@ from labs_for_tests import SURVIVES, TOP, Talker, lab_in, run_program
 
 from elib.lab import Lab, VariantResult, run_variant, running
 from elib.lab.lockstep import CLOSE, GO, HEAR, HELLO, LETTER, MAX_MESSAGE, OPEN, ROBOT, SAY, TIME, VERSION, WRITE
+from lanes import short
 
 
 @pytest.fixture(scope="module")
@@ -98,7 +99,7 @@ def damaged_session(rng: random.Random) -> bytes:
     return bytes(whole)
 
 
-@pytest.mark.parametrize("cases", [20, pytest.param(330, marks=pytest.mark.long)])
+@pytest.mark.parametrize("cases", short([20, 330], 20))
 @pytest.mark.parametrize("kind", [random_bytes, random_frames, damaged_session])
 def test_no_bytes_hang_the_marker_or_break_it(lab: Lab, kind: Callable[[random.Random], bytes], cases: int) -> None:
     endings = set()

@@ -25,6 +25,7 @@ from elib.lab.marksheet import to_html, to_rows
 from elib.lab.mistakes import also_failed, wrong_claim
 from elib.lab.sandbox import LIMITS, Limits, family
 from elib.lab.submissions import find_submissions
+from lanes import short
 from shared import PATIENCE, run, wait_until
 
 isolated = pytest.mark.usefixtures("walls")
@@ -87,9 +88,7 @@ FIRST = ("reads_the_solution", "forges_messages")
 
 
 @isolated
-@pytest.mark.parametrize(
-    "name", [pytest.param(each, marks=() if each in FIRST else pytest.mark.long) for each in TRIED]
-)
+@pytest.mark.parametrize("name", short(TRIED, *FIRST))
 def test_a_hostile_program_gains_nothing(lab: Path, school: Path, name: str) -> None:
     hostile = HOSTILE[name]
     before = sorted(os.listdir(school))
@@ -442,9 +441,7 @@ def test_a_mistake_that_does_not_fail_as_its_first_line_says_is_named(lab: Path)
         assert (f"{name}: {wrong}" in done.stderr) == bool(wrong), done.stderr
 
 
-@pytest.mark.parametrize(
-    "name", ["right.py", *(pytest.param(name, marks=pytest.mark.long) for name in list(MISTAKES)[1:])]
-)
+@pytest.mark.parametrize("name", short(["right.py", *list(MISTAKES)[1:]], "right.py"))
 def test_a_mistake_that_is_checked_alone_says_whether_it_fails_as_its_first_line_says(lab: Path, name: str) -> None:
     first, wrong = MISTAKES[name]
     mistakes = lab / "teacher" / "mistakes"

@@ -15,6 +15,7 @@ from elib.simulator.physics import Box, Colour, Cylinder, EpuckModel, Pose, Scen
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Stripe
 from elib.simulator.physics.geometry import WALL_HEIGHT
 from elib.simulator.physics.optics import ABOVE, FORWARD, LENSES
+from lanes import short
 
 RED, BLUE, WHITE = Colour(255, 0, 0), Colour(0, 0, 255), Colour(255, 255, 255)
 CHIP = window(640, 480, 1)
@@ -262,7 +263,7 @@ def traced(room, robot, right, up):
     return picture
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
+@pytest.mark.parametrize("seed", short(range(3), 0))
 def test_a_mirrored_world_gives_mirrored_pictures(seed):
     room = crowd(seed)
     size = room.depth
@@ -351,7 +352,7 @@ def test_more_windows_than_are_kept_give_the_same_pictures_again():
 
 
 @pytest.mark.usefixtures("compiled_worlds")
-@pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.long), pytest.param(1, marks=pytest.mark.long), 2])
+@pytest.mark.parametrize("seed", short(range(3), 2))
 @pytest.mark.parametrize(
     "at",
     [

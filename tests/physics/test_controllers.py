@@ -13,6 +13,7 @@ from world_rig import BUSY, ENGINES, IDEAL, everything, vehicle
 from elib.base.errors import ArgumentError, SimulationError
 from elib.simulator.physics import Batch, Box, Controller, Lamps, Light, Pose, Scene, Sound, World
 from elib.simulator.physics.records import SENSORS
+from lanes import short
 
 ROBOTS = 4
 
@@ -260,9 +261,7 @@ def test_after_a_reset_everything_is_as_in_a_new_world_with_that_seed(engine, th
 
 
 @KINDS
-@pytest.mark.parametrize(
-    "again", ["pickle", *(pytest.param(each, marks=pytest.mark.long) for each in ("copy", "deepcopy"))]
-)
+@pytest.mark.parametrize("again", short(["pickle", "copy", "deepcopy"], "pickle"))
 def test_a_copy_of_a_world_goes_on_as_the_world_does_and_by_itself(engine, threads, scene, drive, again):
     world = world_of(engine, threads=threads, scene=scene)
     shake(world, drive)

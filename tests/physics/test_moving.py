@@ -12,6 +12,7 @@ from world_rig import IDEAL, ray_lengths
 
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import Box, Cylinder, Light, Pose, Scene, Sound, Wall, World
+from lanes import short
 
 SCENE = Scene(
     1.0,
@@ -228,7 +229,7 @@ ACTS = (
 
 @given(data=st.data())
 @settings(max_examples=60, deadline=None)
-@pytest.mark.parametrize("engine", ["interpreted", pytest.param("compiled", marks=pytest.mark.long)])
+@pytest.mark.parametrize("engine", short(["interpreted", "compiled"], "interpreted"))
 def test_whatever_happened_since_a_world_that_goes_back_is_to_the_last_bit_what_it_was(engine, data):
     world = World(SCENE, engine=engine)
     world.set_wheel_speeds(0, 0.12, 0.1)

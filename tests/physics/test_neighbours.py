@@ -13,7 +13,7 @@ from elib.simulator.physics.geometry import Colour
 from elib.simulator.physics.neighbours import EDGE, NEAR_WALLS, STRAY
 from elib.simulator.physics.profiles import Profile
 from elib.simulator.physics.pushing import TOLERANCE
-from lanes import few_and_many
+from lanes import few_and_many, short
 
 CONTROLLER = vehicle()
 
@@ -253,7 +253,7 @@ def test_there_is_room_for_all_neighbours_of_robots_that_see_far(engine):
     assert max(map(len, listed(world))) > 200
 
 
-@pytest.mark.parametrize("engine", [pytest.param("interpreted", marks=pytest.mark.long), "compiled"])
+@pytest.mark.parametrize("engine", short(["interpreted", "compiled"], "compiled"))
 def test_there_is_room_for_all_neighbours_of_many_long_things(engine):
     bars = tuple(Box(5.0, 4.0 + 0.02 * k, 9.9, 0.005, is_pushable=True) for k in range(100))
     starts = tuple(Pose(1.5 + 0.09 * i, 6.3 + 0.09 * j) for i in range(75) for j in range(20))

@@ -2,7 +2,7 @@
 
 import cmath
 import math
-from itertools import pairwise
+from itertools import pairwise, product
 
 import pytest
 from hypothesis import assume, given, settings
@@ -12,7 +12,7 @@ from world_rig import ENGINES, put, ray_lengths
 from elib.simulator.physics import Cylinder, EpuckModel, Pose, Scene, Wall, World, profiles
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.sensors import distance
-from lanes import few_and_many
+from lanes import few_and_many, short
 
 NEAR = st.floats(-0.3, 0.3)
 CENTRE = 1.0
@@ -85,7 +85,7 @@ def room(walls, posts, robots, model, engine="interpreted"):
     return world
 
 
-@pytest.mark.parametrize("rays", [5, *(pytest.param(rays, marks=pytest.mark.long) for rays in (1, 3))])
+@pytest.mark.parametrize("rays", short([5, 1, 3], 5))
 @few_and_many(20, 40)
 def test_every_infrared_ray_ends_where_the_plainest_search_says(rays, examples):
     @settings(max_examples=examples)
@@ -126,12 +126,7 @@ def response(profile, depth):
 
 @pytest.mark.parametrize(
     ("rays", "engine"),
-    [
-        (3, "interpreted"),
-        (5, "compiled"),
-        *(pytest.param(*each, marks=pytest.mark.long) for each in ((1, "interpreted"), (5, "interpreted"))),
-        *(pytest.param(*each, marks=pytest.mark.long) for each in ((1, "compiled"), (3, "compiled"))),
-    ],
+    short(product((1, 3, 5), ("interpreted", "compiled")), (3, "interpreted"), (5, "compiled")),
 )
 @few_and_many(15, 30)
 def test_a_sensor_reads_the_weighted_responses_of_what_its_rays_meet_first(rays, engine, examples):

@@ -9,6 +9,8 @@ docstring of ``record_laws.py`` says how the worlds were recorded, and which wer
 import pytest
 import record_laws
 
+from lanes import short
+
 BLOCK = 30
 
 
@@ -17,9 +19,7 @@ def recorded():
     return record_laws.load()
 
 
-@pytest.mark.parametrize(
-    "first", [0, *(pytest.param(k, marks=pytest.mark.long) for k in range(BLOCK, record_laws.WORLDS, 3 * BLOCK))]
-)
+@pytest.mark.parametrize("first", short([0, *range(BLOCK, record_laws.WORLDS, 3 * BLOCK)], 0))
 def test_robots_in_random_worlds_do_and_read_what_they_did_by_the_earlier_physics(recorded, first):
     found, pairs = [], []
     for seed, before in recorded[first : first + BLOCK]:

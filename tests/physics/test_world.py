@@ -14,6 +14,7 @@ from elib.simulator.physics import Batch, Box, Colour, EpuckModel, Lamps, Pose, 
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.controller import Controller
 from elib.simulator.worlds.files import gallery
+from lanes import short
 
 
 def wander(world, ticks):
@@ -26,9 +27,7 @@ def wander(world, ticks):
     return world
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in ("arena", "soccer") else pytest.param(name, marks=pytest.mark.long) for name in gallery()]
-)
+@pytest.mark.parametrize("name", short(gallery(), "arena", "soccer"))
 def test_the_same_seed_gives_the_same_run_to_the_last_bit(name):
     first, second = (wander(World.load(name, robots=3, seed=5), 200) for _ in range(2))
     assert first.hash() == second.hash()
@@ -179,7 +178,7 @@ def test_colours_of_the_default_world_can_be_told_apart():
     assert all(isinstance(colour, Colour) for colour in colours)
 
 
-@pytest.mark.parametrize("ticks", [300, pytest.param(5000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("ticks", short([300, 5000], 300))
 def test_a_world_can_be_pickled_at_any_time_and_goes_on_alike(ticks: int) -> None:
     world = World.load("soccer", seed=3)
     world.set_step_rates(0, 400, 500)

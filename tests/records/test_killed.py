@@ -12,6 +12,7 @@ from recordings import read
 from elib.base.errors import ArgumentError
 from elib.records.reader import read_recording, summary_of
 from elib.records.repair import repair
+from lanes import short
 from shared import wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
@@ -25,7 +26,7 @@ def marks_in(path: Path) -> int:
         return 0
 
 
-@pytest.mark.parametrize("marks", [1, pytest.param(100, marks=pytest.mark.long)])
+@pytest.mark.parametrize("marks", short([1, 100], 1))
 def test_what_was_recorded_is_in_the_file_soon_and_outlives_a_killed_program(marks: int, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     found = record_and_kill(path, lambda: wait_until(lambda: marks_in(path) >= marks))  # how soon is a benchmark

@@ -30,6 +30,7 @@ from elib.simulator.emulator.sim_transport import SimTransport
 from elib.simulator.physics import World
 from elib.testing import simulation_of, world_of
 from elib.testing.inside import transport_of
+from lanes import short
 
 T = TypeVar("T")
 SIM = "sim://arena?speed=max&seed=3"
@@ -127,13 +128,7 @@ def test_a_behaviour_replayed_from_its_recording_takes_the_same_decisions(
 DRIVING = [each for each in behaviours().values() if each.style in (BehaviourStyle.ASYNC, BehaviourStyle.BLOCKING)]
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(each.name, marks=() if each.name in ("go-x-cm", "follow-ball") else pytest.mark.long)
-        for each in DRIVING
-    ],
-)
+@pytest.mark.parametrize("name", short([each.name for each in DRIVING], "go-x-cm", "follow-ball"))
 def test_a_behaviour_is_replayed_in_real_time_too_over_any_link(
     tmp_path: Path, path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:

@@ -12,6 +12,7 @@ from elib.link.protocol.pitch import sent_samples
 from elib.simulator.physics import Pose, Scene, World
 from elib.simulator.physics.fittings import Sound
 from elib.testing import hardware_of, world_of
+from lanes import short
 
 WITH_SAMPLES = ("asercom-1.2.2", "btcom-2.0", "btcom-1.1.3")
 
@@ -27,7 +28,7 @@ def sound(robot: elib.BlockingEpuck, **changes: float) -> None:
 
 
 @pytest.mark.parametrize("firmware", WITH_SAMPLES)
-@pytest.mark.parametrize("count", [10, pytest.param(100, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", short([10, 100], 10))
 def test_the_pitch_of_a_drawn_tone_is_right_to_the_error_that_it_states(firmware: str, count: int) -> None:
     drawn = random.Random(f"pitch {firmware}")
     with elib.connect(beeper(firmware)) as robot:
@@ -85,7 +86,7 @@ def test_the_samples_of_a_tone_of_1000_hz_have_its_period_in_each_piece(firmware
             assert np.diff(rising).mean() == pytest.approx(16.4, abs=0.8)
 
 
-@pytest.mark.parametrize("engine", ["interpreted", pytest.param("compiled", marks=pytest.mark.long)])
+@pytest.mark.parametrize("engine", short(["interpreted", "compiled"], "interpreted"))
 def test_a_clap_is_heard_while_it_lasts_and_again_each_time(engine: str) -> None:
     clap = Sound(1.0, 1.2, volume=2000.0, frequency=0.0, every=2.0, lasts=0.1)
     world = World(Scene(2, 2, starts=(Pose(1, 1),), sounds=(clap,)), engine=engine)

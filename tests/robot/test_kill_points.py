@@ -15,6 +15,8 @@ from pathlib import Path
 
 import pytest
 
+from lanes import short
+
 if sys.platform != "linux":
     pytest.skip("signals and ptys as Linux has them", allow_module_level=True)
 
@@ -142,7 +144,7 @@ def drawn() -> list[object]:
     # Each program comes first as often as any other, and so does each end.
     turns = [(list(PROGRAMS)[index % len(PROGRAMS)], ENDS[index % len(ENDS)]) for index in range(KILLS)]
     long = [draw(chance, *(turn if turn in pairs else pairs[index])) for index, turn in enumerate(turns)]
-    return [*quick, *(pytest.param(each, marks=pytest.mark.long) for each in long)]
+    return short([*quick, *long], *quick)
 
 
 @pytest.mark.parametrize("each", drawn(), ids=lambda each: f"{each.program} {' '.join(each.numbers)}")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from lanes import short
 from shared import PATIENCE
 
 MAX, REAL = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?baud=0"
@@ -120,7 +121,7 @@ def endings() -> list[object]:
         ("a thread that nobody waits for is in a call", REAL),
     }
     cases = list(product(ENDINGS, (MAX, REAL)))
-    return [case if case in quick else pytest.param(*case, marks=pytest.mark.long) for case in cases]
+    return short(cases, *quick)
 
 
 @pytest.mark.parametrize(("ending", "url"), endings())
@@ -131,7 +132,7 @@ def test_the_robot_stands_and_nobody_complains_when(ending: str, url: str, tmp_p
     assert (done.returncode, done.stdout, done.stderr) == (0, wheels(3 if "several" in ending else 1), "")
 
 
-@pytest.mark.parametrize("url", [MAX, pytest.param(REAL, marks=pytest.mark.long)])
+@pytest.mark.parametrize("url", short([MAX, REAL], MAX))
 def test_the_robot_stands_when_an_interactive_python_is_left(url: str, tmp_path: Path) -> None:
     script = tmp_path / "program.py"
     script.write_text(program("robot = connect(URL)", url))

@@ -24,6 +24,7 @@ from elib.simulator.emulator.faults import Fault
 from elib.simulator.emulator.fixed_hardware import FixedHardware
 from elib.simulator.emulator.link import Link
 from elib.testing import simulated
+from lanes import short
 from shared import inside, until
 
 
@@ -298,7 +299,7 @@ async def test_a_call_that_acts_and_that_a_restart_lost_ends_with_the_greeting(f
 
 
 @pytest.mark.parametrize("firmware", sorted(PROFILES))
-@pytest.mark.parametrize("draws", [25, pytest.param(400, marks=pytest.mark.long)])
+@pytest.mark.parametrize("draws", short([25, 400], 25))
 def test_a_restart_at_any_moment_loses_nothing_that_was_set_and_no_answer(firmware: str, draws: int) -> None:
     calls: list[tuple[str, tuple[object, ...]]] = [
         ("proximity", ()),

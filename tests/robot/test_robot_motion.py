@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Awaitable, Callable, Iterable, Sequence
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 import pytest
@@ -18,6 +18,7 @@ from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
 from elib.robot.runner import run_on
 from elib.testing import link_of, simulation_of, with_faults
+from lanes import each_once, short
 from shared import inside
 
 FIELD = "sim://arena?speed=max&quality=ideal"
@@ -51,15 +52,6 @@ def on(url: str, main: Callable[[Epuck], Awaitable[None]]) -> None:
     run_on(url, main)
 
 
-def each_once(ones: Iterable[object], others: Sequence[object]) -> list[object]:
-    """Return all pairs, for the quick form such that each thing is in one of them."""
-    return [
-        pytest.param(one, other, marks=[] if row % len(others) == column else [pytest.mark.long])
-        for row, one in enumerate(ones)
-        for column, other in enumerate(others)
-    ]
-
-
 @pytest.mark.parametrize(
     ("firmware", "link"), each_once(PROFILES, ["", BLUETOOTH, "&latency=0.2", "&loss=0.05&latency=0.03"])
 )
@@ -74,7 +66,7 @@ def test_ten_centimetres_are_ten_centimetres_within_a_millimetre_over_every_link
     on(f"{FIELD}&firmware={firmware}{link}", main)
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.long) for seed in (2, 3, 4))])
+@pytest.mark.parametrize("seed", short(range(5), 0, 1))
 def test_a_square_closes_within_two_millimetres_and_a_degree_over_bluetooth(seed: int) -> None:
     async def main(robot: Epuck) -> None:
         before = standing(robot)

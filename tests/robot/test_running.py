@@ -9,6 +9,7 @@ import elib
 from elib.base.errors import ArgumentError, ReplyTimeout
 from elib.behaviours import find, play
 from elib.robot.running import run_coroutine
+from lanes import short
 from shared import run_python
 
 FAST = "sim://?speed=max"
@@ -69,7 +70,7 @@ def repeated_signals() -> list[object]:
         for column, gap in enumerate(GAPS)
     ]
     quick = {("alone", "SIGINT SIGTERM SIGHUP", 0), ("notebook", "SIGTERM SIGINT", 0)}
-    return [case if case in quick else pytest.param(*case, marks=pytest.mark.long) for case in cases]
+    return short(cases, *quick)
 
 
 @pytest.mark.parametrize(("place", "numbers", "gap"), repeated_signals())
@@ -175,7 +176,7 @@ def test_a_signal_has_its_usual_effect_again_when_all_is_over() -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("url", [FAST, pytest.param("sim://square?baud=0", marks=pytest.mark.long)])
+@pytest.mark.parametrize("url", short([FAST, "sim://square?baud=0"], FAST))
 def test_signals_that_a_program_handles_itself_stay_its_own_and_the_others_are_given_back(url: str) -> None:
     done = run_python(
         f"""

@@ -17,6 +17,7 @@ from elib.robot.polling import polls, sensor_polls
 from elib.simulator.emulator.simulation import VirtualRobot
 from elib.testing import simulated
 from elib.testing.inside import transport_of
+from lanes import short
 from shared import inside
 
 FIRMWARES = sorted(PROFILES)
@@ -373,7 +374,7 @@ UNDER_WAY: list[tuple[str, tuple[object, ...]]] = [
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("draws", [40, pytest.param(400, marks=pytest.mark.long)])
+@pytest.mark.parametrize("draws", short([40, 400], 40))
 def test_leaving_at_any_moment_of_any_call_on_a_clean_link_gives_no_false_alarm(firmware: str, draws: int) -> None:
     @simulated
     async def story(draw: random.Random) -> None:

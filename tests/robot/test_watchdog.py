@@ -17,6 +17,7 @@ from elib.robot.emergency import OPEN_STOPS
 from elib.robot.signals import SIGNALS
 from elib.robot.watchdog import Watchdog, is_supported
 from elib.robot.watchdog_process import write_now
+from lanes import short
 from shared import PATIENCE, until
 
 if not is_supported():
@@ -37,7 +38,7 @@ def runs(watchdog: Watchdog) -> bool:
 def ways_to_die() -> list[object]:
     """Return every firmware, and every line twice."""
     cases = list(zip(PROFILES, ("tcp", "pty", "pty", "tcp"), strict=True))
-    return [cases[0], *(pytest.param(*case, marks=pytest.mark.long) for case in cases[1:])]
+    return short(cases, cases[0])
 
 
 @pytest.mark.parametrize(("firmware", "way"), ways_to_die())
@@ -65,7 +66,7 @@ async def test_a_program_that_just_dies_leaves_a_robot_that_stands_and_a_port_th
         await until(is_free)
 
 
-@pytest.mark.parametrize("way", ["tcp", pytest.param("pty", marks=pytest.mark.long)])
+@pytest.mark.parametrize("way", short(["tcp", "pty"], "tcp"))
 async def test_a_blocked_event_loop_stops_the_robot_and_the_program_goes_on(way: str) -> None:
     async with served(way) as there:
         outside = asyncio.get_running_loop()

@@ -21,6 +21,7 @@ from elib.robot import link as robot_link
 from elib.robot.link import stop_bytes
 from elib.robot.snapshot import SENSORS
 from elib.testing import simulated, simulation_of
+from lanes import short
 from shared import inside, until
 from wifi_robot import Air, Fault, WifiRobot, wifi_pair
 
@@ -45,7 +46,7 @@ def test_the_blocking_style() -> None:
         assert robot.statistics.lost == robot.statistics.resyncs == 0
 
 
-@pytest.mark.parametrize("latency", [0, pytest.param(0.1, marks=pytest.mark.long), 0.2])
+@pytest.mark.parametrize("latency", short([0, 0.1, 0.2], 0, 0.2))
 @simulated
 async def test_odometry_follows_what_is_watched(latency: float) -> None:
     async with elib.open(f"{SIM}&latency={latency}") as robot, robot.watch("encoders", rate=10) as watched:
@@ -496,26 +497,25 @@ asyncio.run(main())
 @pytest.mark.skipif(sys.platform != "linux", reason="signals as Linux has them")
 @pytest.mark.parametrize(
     ("words", "number"),
-    [
+    short(
+        [
+            ("pictures blocks", signal.SIGINT),
+            ("pictures watchdog", signal.SIGSTOP),
+            ("blocks", signal.SIGINT),
+            ("blocks", signal.SIGTERM),
+            ("pictures", signal.SIGINT),
+            ("pictures", signal.SIGQUIT),
+            ("pictures", signal.SIGTSTP),
+            ("pictures blocks", signal.SIGTSTP),
+            ("pictures blocks", signal.SIGQUIT),
+            ("pictures watchdog", signal.SIGKILL),
+            ("watchdog", signal.SIGSTOP),
+            ("watchdog", signal.SIGKILL),
+            ("pictures blocks watchdog", 0),
+        ],
         ("pictures blocks", signal.SIGINT),
         ("pictures watchdog", signal.SIGSTOP),
-        *(
-            pytest.param(*case, marks=pytest.mark.long)
-            for case in (
-                ("blocks", signal.SIGINT),
-                ("blocks", signal.SIGTERM),
-                ("pictures", signal.SIGINT),
-                ("pictures", signal.SIGQUIT),
-                ("pictures", signal.SIGTSTP),
-                ("pictures blocks", signal.SIGTSTP),
-                ("pictures blocks", signal.SIGQUIT),
-                ("pictures watchdog", signal.SIGKILL),
-                ("watchdog", signal.SIGSTOP),
-                ("watchdog", signal.SIGKILL),
-                ("pictures blocks watchdog", 0),
-            )
-        ),
-    ],
+    ),
 )
 async def test_a_program_on_wifi_that_is_ended_suspended_or_frozen_leaves_a_robot_that_stands(
     words: str, number: int

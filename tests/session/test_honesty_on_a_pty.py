@@ -11,6 +11,7 @@ from elib.base.errors import LinkLost
 from elib.base.timebase import ScaledLoop
 from elib.link.protocol.profiles import PROFILES
 from elib.simulator.emulator.faults import Fault
+from lanes import short
 from shared import PATIENCE
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no ptys")
@@ -29,7 +30,7 @@ FAULTS = [
 ROWS = ["ambient_light", "ambient_light", "set_speed", "set_body_led", "speed", "encoders", "image", "attitude"]
 
 
-@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(4, 16))])
+@pytest.mark.parametrize("seed", short(range(16), *range(4)))
 def test_bad_answers_over_a_pty_give_the_right_value_or_an_error(seed: int) -> None:
     draw = random.Random(seed)
     firmware = sorted(PROFILES)[seed % 4]

@@ -11,6 +11,7 @@ from elib.lab.running import PlainProgram
 from elib.tools.states.edits import EDITS, edited
 from elib.tools.states.text import MachineText
 from elib.tools.states.words import Condition
+from lanes import short
 
 Edit = tuple[object, ...]
 
@@ -109,7 +110,7 @@ def test_all_that_a_hand_drew_is_said_in_words_and_by_forms(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "variant"),
-    [pytest.param(*each, marks=() if each == ("go-to-the-light", "given") else pytest.mark.long) for each in TRIED],
+    short(TRIED, ("go-to-the-light", "given")),
 )
 def test_what_a_hand_drew_passes_the_lab(name: str, variant: str, tmp_path: Path) -> None:
     result = tried(name, LABS[name].variant(variant), tmp_path)

@@ -13,6 +13,7 @@ from elib.base.errors import ArgumentError
 from elib.tools.states.edits import EDITS, Splice, edited
 from elib.tools.states.text import MachineText
 from elib.tools.states.words import Condition
+from lanes import short
 
 NAMES = ("drive", "turn", "flee", "größer", "look_around", "stehen", "état", "z9", "μ", "back_up")
 CONDITIONS: tuple[Condition | str, ...] = (
@@ -231,7 +232,7 @@ def check(seed: int, edits: int) -> int:
     return len(history)
 
 
-@pytest.mark.parametrize("lot", [0, *(pytest.param(n, marks=pytest.mark.long) for n in range(1, 5))])
+@pytest.mark.parametrize("lot", short(range(5), 0))
 def test_an_edit_changes_only_what_it_is_about_and_can_be_taken_back(lot: int) -> None:
     done = sum(check(seed, edits=90) for seed in range(20 * lot, 20 * lot + 20))
     assert done > 500

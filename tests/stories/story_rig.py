@@ -8,8 +8,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-import pytest
-
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
 from elib.behaviours import RunContext, RunResult, find, play
@@ -18,6 +16,7 @@ from elib.simulator.emulator.simulation import Simulation
 from elib.simulator.physics import World
 from elib.simulator.physics.body import RADIUS
 from elib.testing.inside import transport_of
+from lanes import short
 
 SAMPLE = 0.25
 """s between two looks at the world."""
@@ -34,7 +33,7 @@ def drawn(count: int, what: str) -> list[int]:
 def drawn_quick(count: int, what: str) -> list[object]:
     """Return so many seeds as the cases of a test; all but the first are long forms."""
     first, *more = drawn(count, what)
-    return [first, *(pytest.param(seed, marks=pytest.mark.long) for seed in more)]
+    return short([first, *more], first)
 
 
 @dataclass(slots=True)

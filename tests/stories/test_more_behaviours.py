@@ -19,6 +19,7 @@ from story_rig import Change, anywhere, clearance, drawn, drawn_quick, from_segm
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
 from elib.simulator.physics import Sound, Stripe, World
+from lanes import short
 
 
 def bearing(world: World, x: float, y: float) -> float:
@@ -155,20 +156,17 @@ def test_it_stays_on_the_line_for_a_whole_lap(seed: int) -> None:
 
 
 REAL = [
-    (quality, firmware, link)
+    (quality, firmware, link, seed)
     for quality in ("typical", "bad", "ideal")
     for firmware in ("asercom-1.2.2", "epuck2", "epuck2-wifi")
     for link in ("", "&fault=flaky-bluetooth")
+    for seed in drawn(2, quality + firmware)
 ]
 
 
 @pytest.mark.parametrize(
     ("quality", "firmware", "link", "seed"),
-    [
-        pytest.param(*real, seed, marks=() if k == number == 0 else pytest.mark.long)
-        for number, real in enumerate(REAL)
-        for k, seed in enumerate(drawn(2, "".join(real[:2])))
-    ],
+    short(REAL, REAL[0]),
 )
 def test_whatever_its_sensors_read_over_black_a_robot_learns_it_and_stays_on_the_line(
     quality: str, firmware: str, link: str, seed: int
@@ -332,7 +330,7 @@ def test_robots_halve_their_mean_distance_from_the_middle_and_stay_together(robo
     assert max(together[seen.after(3 * robots) :]) < together[0] / 2
 
 
-@pytest.mark.parametrize("robots", [4, pytest.param(10, marks=pytest.mark.long)])
+@pytest.mark.parametrize("robots", short([4, 10], 4))
 def test_robots_double_the_smallest_distance_between_them(robots: int, tmp_path: Path) -> None:
     (seed,) = drawn(1, "cluster")
     seen = run("dispersion", str(clustered(tmp_path / "cluster.toml", robots, seed)), seed, seconds=60)
@@ -359,9 +357,7 @@ HOME = {
 """Worlds in which the behaviours are tried. Three robots are a swarm."""
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name == "dispersion" else pytest.mark.long) for name in HOME]
-)
+@pytest.mark.parametrize("name", short(HOME, "dispersion"))
 def test_the_same_seed_gives_the_same_run_to_the_last_bit_and_another_seed_another(name: str) -> None:
     first, other = drawn(2, name)
     runs = [run(name, HOME[name], seed, seconds=5) for seed in (first, first, other)]

@@ -20,6 +20,7 @@ from elib.simulator.emulator.simulation import Simulation
 from elib.simulator.physics.geometry import Box
 from elib.simulator.physics.world import World
 from elib.testing.inside import transport_of
+from lanes import short
 
 STARTS = drawn(10, "starts")
 """Seeds that draw where the robot starts, and the noise of its sensors."""
@@ -148,7 +149,7 @@ def test_the_bull_finds_and_hits_the_red_box_from_random_starts(run: Runner, sta
     assert sorted(times)[len(times) // 2] < 31, "half of them see it in their first look around"
 
 
-@pytest.mark.parametrize("minutes", [1, pytest.param(10, marks=pytest.mark.long)])
+@pytest.mark.parametrize("minutes", short([1, 10], 1))
 def test_billiard_runs_for_minutes_without_a_touch_of_more_than_a_second(run: Runner, minutes: int) -> None:
     observer = Observer()
     outcome = run("billiard", TABLE, 1, observer, seconds=60 * minutes)

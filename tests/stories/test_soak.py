@@ -16,6 +16,7 @@ import elib
 from elib.link.session import Called, Ended, TraceEvent, Wrote
 from elib.simulator.emulator.faultplayer import Counts
 from elib.testing import faults_of, with_faults
+from lanes import short
 
 DURATION = float(os.environ.get("ELIB_SOAK", "600"))
 """s of robot time."""
@@ -49,7 +50,7 @@ def blocks() -> int:
     return sys.getallocatedblocks()
 
 
-@pytest.mark.parametrize("duration", [100.0, pytest.param(DURATION, marks=pytest.mark.long)])
+@pytest.mark.parametrize("duration", short([100.0, DURATION], 100.0))
 def test_a_long_time_of_flaky_bluetooth_is_accounted_for_to_the_last_answer(duration: float) -> None:
     warm_up = duration / 5  # then everything that fills up, like the window of round trips, is full
     threads = set(threading.enumerate())

@@ -22,6 +22,7 @@ from elib.studies.rerun import RecordedCall, request_of, rerun
 from elib.studies.scores import field_parts, latency_score, parity, path_score
 from elib.studies.series import Series
 from elib.testing import world_of
+from lanes import short
 
 
 def test_a_nominal_drive_scores_near_one_though_its_noise_is_another(nominal: Path) -> None:
@@ -152,7 +153,7 @@ def test_a_second_robot_of_a_world_is_played_as_the_second(tmp_path: Path) -> No
 FIRST_SEED, *SEEDS = random.Random(4).sample(range(1000), 3)
 
 
-@pytest.mark.parametrize("seed", [FIRST_SEED, *(pytest.param(seed, marks=pytest.mark.long) for seed in SEEDS)])
+@pytest.mark.parametrize("seed", short([FIRST_SEED, *SEEDS], FIRST_SEED))
 def test_wheels_are_told_on_time_however_late_answers_are(seed: int, tmp_path: Path) -> None:
     """With jitter every second answer comes later than it did; a call that waits must not delay all that follow."""
     file = drive(f"sim://square?speed=max&seed={seed}&latency=0.023&jitter=0.01", tmp_path / "a.mcap", duration=60)

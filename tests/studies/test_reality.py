@@ -21,10 +21,11 @@ from elib.studies.reality.figures import FILE, parse, reference
 from elib.studies.reality.measures import WAYS
 from elib.studies.reality.parity import Found, Realism, empty, of_recording, realism
 from elib.studies.reality.session import Recorded, reality
+from lanes import short
 
 ROOT = Path(__file__).parents[2]
 LONG = ("epuck2", "btcom-2.0", "btcom-1.1.3", "epuck2-wifi")
-FIRMWARES = ["asercom-1.2.2", *(pytest.param(each, marks=pytest.mark.long) for each in LONG)]
+FIRMWARES = short(["asercom-1.2.2", *LONG], "asercom-1.2.2")
 RENEW = "change [[apart]] and score in src/elib/studies/reality/measured.toml, and say why"
 
 
@@ -79,7 +80,7 @@ def test_the_pages_have_what_was_measured(found: Realism, monkeypatch: pytest.Mo
     assert stale == [], "make docs"
 
 
-@pytest.mark.parametrize("robots", [2, pytest.param(None, marks=pytest.mark.long)])
+@pytest.mark.parametrize("robots", short([2, None], 2))
 def test_every_quantity_could_be_measured(robots: int | None, request: pytest.FixtureRequest) -> None:
     found = realism(robots=robots) if robots else request.getfixturevalue("found")
     missing = [each.quantity.key for each in found.quantities for it in each.conditions if math.isnan(it.compared)]

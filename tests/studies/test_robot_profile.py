@@ -26,6 +26,7 @@ from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.physics import EpuckModel
 from elib.simulator.physics.profiles import APERTURE, NARROW, Profile
 from elib.testing import world_of
+from lanes import short
 
 CURVE = ((0.0, 3000.0), (0.02, 500.0), (0.1, 10.0))
 WHOLE = RobotProfile(
@@ -65,7 +66,7 @@ def profiles(draw: st.DrawFn) -> RobotProfile:
     )
 
 
-@pytest.mark.parametrize("count", [25, pytest.param(100, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", short([25, 100], 25))
 def test_every_profile_is_written_so_that_the_same_is_read(count: int) -> None:
     @settings(max_examples=count)
     @given(profiles())
