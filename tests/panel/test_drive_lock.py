@@ -9,7 +9,7 @@ from collections import deque
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from elib.base.errors import ArgumentError, ElibError, ReplyTimeout
@@ -573,9 +573,27 @@ PAUSES = (-TICK, -TICK, 0.0, 0.05, 0.1, 0.25, 0.35)
 FATES = ("answered", "answered", "answered", "lost", "late")
 
 
+SILENT_AT_A_LOOK = (
+    [
+        *((0.0, (name, "one")) for name in ("take", "leave", "take")),
+        (0.1, ("take", "two")),
+        (0.25, ("take", "one")),
+        *[(0.35, ("beat", "one"))] * 2,
+        (0.05, ("command", "two")),
+        (0.25, ("beat", "one")),
+        (0.25, ("command", "two")),
+        (-TICK, ("steer", "two", 0)),
+        (-TICK, ("beat", "one")),
+    ],
+    [*[("answered", 0.02)] * 5, ("answered", 0.5), ("answered", 0.1)],
+)
+"""A schedule in which a page falls silent at the very moment of a look, and the stop is sent right after it."""
+
+
 @few_and_many(100, 600)
 def test_any_schedule_of_pages_programs_and_failures_leaves_no_robot_moving_that_nobody_drives(examples: int) -> None:
     @settings(max_examples=examples)
+    @example(*SILENT_AT_A_LOOK)
     @given(
         st.lists(st.tuples(st.sampled_from(PAUSES), st.sampled_from(EVENTS)), min_size=20, max_size=40),
         st.lists(st.tuples(st.sampled_from(FATES), st.sampled_from((0.02, 0.1, 0.5))), max_size=20),
@@ -587,8 +605,8 @@ def test_any_schedule_of_pages_programs_and_failures_leaves_no_robot_moving_that
         asyncio.get_running_loop().set_exception_handler(lambda _, context: faults.append(context))
 
         async def watch(seconds: float) -> None:
-            await asyncio.sleep(0)  # what an event leads to begins in a task of its own
             for _ in range(round(seconds / TICK) + 1):
+                await asyncio.sleep(0)  # what has happened by now leads to a task of its own, which begins
                 it.check()
                 await asyncio.sleep(TICK)
 

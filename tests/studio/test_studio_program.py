@@ -6,12 +6,14 @@ import asyncio
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from elib.base.timebase import move_into, outside
 from elib.simulator.emulator import simulation
+from elib.simulator.emulator.simulation import Simulation
 from elib.studio import place, program
 from elib.studio.debugger import HAS_LINES
 from elib.studio.worker import Worker
@@ -295,6 +297,17 @@ def test_a_program_may_open_more_robots_than_a_panel_shows(rig: Rig) -> None:
     assert rig.output == "done\n"
     rig.run("import elib\nmany = [elib.connect() for k in range(70)]\nprint('done')\n", speed=0)
     assert rig.output == "done\ndone\n"
+
+
+def test_who_opens_robots_for_long_is_not_told_that_they_stand(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[Simulation] = []
+    monkeypatch.setattr(simulation, "on_begin", [*simulation.on_begin, opened.append])
+    clock = SimpleNamespace(perf_counter=lambda: len(opened) + int(opened[0].time) if opened else 0, sleep=None)
+    for module in (program, place):  # each robot takes a second, in which the page is let go on once
+        monkeypatch.setattr(module, "time", clock)
+    rig.run("import elib\nelib.connect().sleep(1)\nmany = [elib.connect() for k in range(5)]\n", speed=0)
+    assert len(opened) == 6
+    assert rig.output == ""
 
 
 def test_a_second_program_waits_until_the_first_has_ended(rig: Rig) -> None:

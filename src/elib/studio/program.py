@@ -91,7 +91,7 @@ class Program:
         folder: Where the programs lie.
         time: How long the robots of the program have lived, s.
         states: The state of its machine, and the one before; empty texts without one.
-        has_robot: Whether it has a virtual robot open.
+        moment: What changes while its virtual robots live on; None while it has none open.
     """
 
     def __init__(
@@ -101,7 +101,7 @@ class Program:
         folder: Path,
         time: Callable[[], float],
         states: Callable[[], tuple[str, str]] = lambda: ("", ""),
-        has_robot: Callable[[], bool] = lambda: False,
+        moment: Callable[[], object] = lambda: None,
     ) -> None:
         self.place = Place(nap, self._turned)  # where it runs
         self.debugger = Debugger(self.place, self._say)  # follows it
@@ -109,10 +109,10 @@ class Program:
         # returns which goals of its lab hold so far, or in the end, from the exit code of the program
         self.goals: Goals = no_goals
         self._is_late: Callable[[], bool] = lambda: False
-        self._tell, self._folder, self._time, self._states, self._has_robot = tell, folder, time, states, has_robot
+        self._tell, self._folder, self._time, self._states, self._moment = tell, folder, time, states, moment
         self._mistake: Mistake | None = None
         self._was_stopped = False
-        self._stood = 0.0, 0.0
+        self._stood: tuple[object, float] = None, 0.0  # a moment, and since when it lasts
         self._name = ""
         self._code: int | None = None
         self._said = -math.inf
@@ -129,7 +129,7 @@ class Program:
             raise ArgumentError("a program runs already", hint="stop it first")
         self.state, self._name, self.debugger.line, self._code = "running", name, None, None
         self._mistake, self._was_stopped = None, False
-        self._stood = 0.0, math.inf
+        self._stood = None, math.inf
         return self._file(text, name, imported)
 
     def _file(self, text: str, name: str, imported: Mapping[str, str] = EMPTY) -> Path:
@@ -249,9 +249,9 @@ class Program:
 
     def _look_at_time(self) -> None:
         """Say once why the robots stand still, if the program only computes."""
-        (before, since), now = self._stood, time.perf_counter()
-        if self._time() != before or self.place.is_held or not self._has_robot():
-            self._stood = self._time(), now
+        (before, since), moment, now = self._stood, self._moment(), time.perf_counter()
+        if moment is None or moment != before or self.place.is_held:
+            self._stood = moment, now
         elif now - since > PATIENCE:
             self._stood = before, math.inf
             self._err.write(

@@ -71,7 +71,7 @@ class Studio:
         self.labs = Labs(folder)
         self._shown: Simulation | None = None
         simulation.on_begin.append(self._began)
-        self.program = Program(nap, tell, folder, self._time, self._states, self._has_robot)  # runs the programs
+        self.program = Program(nap, tell, folder, self._time, self._states, self._moment)  # runs the programs
         self._robot: Epuck | None = None
 
     def run(
@@ -167,9 +167,11 @@ class Studio:
     def _time(self) -> float:
         return 0.0 if self._simulation is None else self._simulation.time
 
-    def _has_robot(self) -> bool:
-        robots = {} if self._simulation is None else self._simulation.robots
-        return any(each.link.is_connected for each in robots.values())
+    def _moment(self) -> object:
+        """Return the world and its time while a robot in it is open. A program may open one world after another."""
+        begun = self._simulation
+        is_open = begun is not None and any(each.link.is_connected for each in begun.robots.values())
+        return (begun, self._time()) if is_open else None
 
     def _states(self) -> tuple[str, str]:
         """Return the state of the first robot's machine, and the one before."""
