@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 import elib
@@ -83,6 +84,15 @@ def test_a_wrong_number_of_arguments_is_told_what_is_missing_or_too_many(
         (lambda on: on.sleep(), "sleep(seconds) needs seconds: a number from 0 to 3600 s", ""),
         (lambda on: on.text(), "text(command) needs command", ""),
         (lambda on: on.sensors(1), "sensors() takes no further argument 1", ""),
+        (lambda on: on.tags(), "tags(size) needs size: a number from 0.005 to 1 m", ""),
+        (lambda on: on.drive("x"), "distance is 'x'; it must be a number from -5 to 5 m", ""),
+        (
+            lambda on: on.drive(0.1, speed=9),
+            "speed is 9 m/s; it must be a number from 0.001 to 0.128805 m/s",
+            "did you mean 0.09 (9 cm/s) or 0.009 (9 mm/s)?",
+        ),
+        (lambda on: on.go_to(0.1, np.zeros(2)), "y is array([0., 0.]); it must be a number from -5 to 5 m", ""),
+        (lambda on: on.sleep(-1), "seconds is -1 s; it must be a number from 0 to 3600 s", ""),
     ],
 )
 def test_a_call_of_several_commands_is_told_the_same_in_every_style(
@@ -129,11 +139,6 @@ def test_to_await_a_call_on_the_begin_style_is_answered_with_what_to_do(robot: e
     with pytest.raises(AttributeError, match=advice):
         pending.front_left  # type: ignore[attr-defined]  # noqa: B018
     assert len(pending.end()) == 8
-
-
-def test_an_impossible_time_to_sleep_is_called_so(robot: elib.BlockingEpuck) -> None:
-    with pytest.raises(elib.ArgumentError, match=r"the time to sleep is -1 s; it must be a number from 0 to 3600 s"):
-        robot.sleep(-1)
 
 
 WITHOUT_BRACKETS: tuple[Callable[[Any], object], ...] = (

@@ -14,7 +14,7 @@ from elib.base.errors import ArgumentError, LinkClosed, LinkError, LinkLost, Lin
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.profiles import PROFILES
 from elib.link.protocol.table import Request
-from elib.link.protocol.values import Steps
+from elib.link.protocol.values import CameraSettings, Steps
 from elib.link.session import Disconnected, Ending, Greeted, Reconnected, ResetNoticed, Session, TraceEvent, Wrote
 from elib.link.transport.memory import MemoryTransport, memory_pair
 from elib.robot.events import LateAnswerDetector
@@ -194,6 +194,57 @@ async def test_the_wheels_turn_on_after_a_gap_if_asked(r: Rig) -> None:
     r.radio.is_clear = True
     assert await r.ask("speed", within=10) == (0.5, 0.25)
     assert r.radio.hardware.rates[0] > 400
+
+
+@pytest.mark.parametrize("stop", [("stop",), ("set_speed", 0, 0)], ids=["stop", "speed"])
+@inside(rig, policy=Policy(keep_speed=True))
+async def test_a_stop_that_ended_in_a_gap_holds_after_it(r: Rig, stop: tuple[str, int]) -> None:
+    await r.ask("set_speed", 0.5, 0.25)
+    r.radio.cut()
+    await asyncio.sleep(0)
+    with pytest.raises(ReplyTimeout):
+        await r.ask(*stop, within=0.5)
+    r.radio.is_clear = True
+    assert await r.ask("speed", within=10) == (0, 0)
+    await asyncio.sleep(1)
+    assert r.radio.hardware.rates == (0, 0)
+
+
+@inside(rig, policy=Policy(keep_speed=True))
+async def test_after_a_motion_that_was_given_up_before_a_loss_was_noticed_the_wheels_stand(r: Rig) -> None:
+    await r.ask("set_speed", 0.5, 0.25)
+    r.channel.forget_speed()  # as a motion does that is given up, while the link still seems to be there
+    r.radio.cut()
+    await asyncio.sleep(1)
+    r.radio.is_clear = True
+    assert await r.ask("speed", within=10) == (0, 0)
+
+
+@inside(rig, policy=Policy(give_up_after=20))
+async def test_a_setting_of_another_program_that_elib_does_not_make_keeps_no_robot_away(
+    r: Rig, caplog: pytest.LogCaptureFixture
+) -> None:
+    r.channel.context.last_set.camera = CameraSettings(2, 80, 40, 8, 6400)  # as `camera()` tells it
+    r.radio.cut()
+    await asyncio.sleep(1)
+    r.radio.is_clear = True
+    assert await r.ask("selector", within=10) is not None
+    assert "set_camera() is not restored: " in caplog.text
+
+
+@inside(rig, policy=Policy(give_up_after=20))
+async def test_a_defect_while_a_link_is_opened_again_ends_the_robot_instead_of_holding_it_for_ever(
+    r: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def defect() -> Session:
+        raise ZeroDivisionError("oops")
+
+    faults: list[object] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: faults.append(context["exception"]))
+    monkeypatch.setattr(r.channel, "_start", defect)
+    r.radio.cut()
+    with pytest.raises(LinkLost, match="could not be opened again: ZeroDivisionError"):
+        await r.ask("selector", within=10)
 
 
 @inside(rig)

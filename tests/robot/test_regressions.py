@@ -2,6 +2,7 @@
 
 import asyncio
 import threading
+from collections.abc import Awaitable, Callable
 
 import numpy as np
 import pytest
@@ -53,6 +54,27 @@ async def test_obstacle_avoidance_does_not_start_a_robot_that_was_stopped(robot:
     after = await robot.encoders()
     # It still turns away from what it thinks it sees, some steps; it does not drive.
     assert max(abs(new - old) for new, old in zip(after, before, strict=True)) < 100
+
+
+@pytest.mark.parametrize("stop", [lambda robot: robot.stop(), lambda robot: robot.set_speed(0, 0)], ids=["stop", "0"])
+@inside(elib.open, EPUCK2)
+async def test_obstacle_avoidance_does_not_start_a_robot_whose_answer_to_the_stop_was_lost(
+    robot: elib.Epuck, stop: Callable[[elib.Epuck], Awaitable[object]]
+) -> None:
+    await robot.set_speed(0.3, 0.3)
+    link_of(robot).lose_next_reply()
+    with pytest.raises(ReplyTimeout):
+        await stop(robot.within(0.2))
+    await robot.set_obstacle_avoidance(False)
+    assert wheels(firmware_of(robot)) == [0, 0]
+
+
+@inside(elib.open, EPUCK2)
+async def test_obstacle_avoidance_does_not_start_a_robot_that_a_text_command_has_stopped(robot: elib.Epuck) -> None:
+    await robot.set_speed(0.3, 0.3)
+    await robot.text("S")
+    await robot.set_obstacle_avoidance(False)
+    assert wheels(firmware_of(robot)) == [0, 0]
 
 
 @inside(elib.open, EPUCK2)

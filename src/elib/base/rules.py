@@ -287,7 +287,7 @@ class Number(Rule):
             if self.usual < abs(value) and self.low <= value <= self.high:
                 hint += f" for {said} write elib.really({value:g})"
         rule = str(self)
-        if value == math.inf and self.high == MAX_NUMBER and "finite" not in rule:
+        if is_number(value) and value == math.inf and self.high == MAX_NUMBER and "finite" not in rule:
             rule = rule.replace("number", "finite number", 1)
         return Mistake(f"is {said}; it must be {rule}", hint=hint.strip())
 

@@ -22,7 +22,7 @@ from elib.link.protocol.raw import text_request
 from elib.link.protocol.styles import action
 from elib.link.protocol.table import WheelEffect, without_example
 from elib.link.protocol.values import Neighbour, Sensors
-from elib.link.session import Robot, check_timeout
+from elib.link.session import Robot
 from elib.robot.motion import FASTEST, Mover
 from elib.robot.polling import polls, sensor_polls
 
@@ -451,7 +451,7 @@ class Actions(Motions):
             >>> round(robot.time - began, 3)
             2.0
         """
-        await asyncio.sleep(check_timeout(seconds, "the time to sleep"))
+        await asyncio.sleep(checked(Seconds, "seconds", seconds))
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from typing import Literal, TypeVar
 
 from elib.base.body import STEPS_PER_REVOLUTION, wrapped
 from elib.base.errors import (
+    ArgumentError,
     ElibError,
     LinkClosed,
     LinkError,
@@ -19,6 +20,7 @@ from elib.base.errors import (
     RemoteProtocolError,
     ReplayDiffers,
     ReplyTimeout,
+    Unsupported,
     about,
 )
 from elib.link.protocol.actuators import restoring_calls
@@ -104,8 +106,8 @@ class Reconnector(ForwardingChannel):
     # -- what a robot needs of its session --
 
     def forget_speed(self) -> None:
-        """Do not restore the wheel speeds when the link is back: the motion that set them has ended."""
-        self._memory.speed = (0, 0)
+        """Do not restore the wheel speeds when the link is back: a motion that set them has ended, or a stop is due."""
+        self._memory.speed = self._session.context.last_set.speed = (0, 0)
 
     async def execute(self, request: Request[T], timeout: float) -> T:
         """Send *request* in its turn and return its answer, over a new link if necessary.
@@ -120,6 +122,8 @@ class Reconnector(ForwardingChannel):
             LinkClosed: The robot was closed.
         """
         deadline = self._loop.time() + timeout
+        if request.halts:
+            self.forget_speed()  # whatever becomes of it: the program wants the wheels to stand
         while True:
             if self.error is not None or not self._is_up.is_set():
                 await self._wait_for_link(request, deadline)
@@ -293,6 +297,10 @@ class Reconnector(ForwardingChannel):
             except (LinkError, RemoteProtocolError, ReplyTimeout, TimeoutError) as error:
                 reason = error if isinstance(error, ElibError) else reason
                 await self._session.close()
+            except Exception as error:
+                defect = f"{self._url} could not be opened again: {error!r}"
+                self._give_up(LinkLost(defect, hint="this is a defect of elib; please report it"))
+                raise
             else:
                 self._task = None
                 self._is_up.set()
@@ -367,6 +375,9 @@ class Reconnector(ForwardingChannel):
                         self._steps = steps
                 self._has_lost_steps = self._has_lost_steps and self._has_restarted
                 for name, arguments in restoring_calls(self._memory):
-                    await do(name, *arguments)
+                    try:
+                        await do(name, *arguments)
+                    except (ArgumentError, Unsupported) as error:  # another program set it, or a text command
+                        log.warning("%s: %s() is not restored: %s", self._url, name, error.message)
         finally:
             self.restoring = None

@@ -106,13 +106,13 @@ SECONDS = Quantity("seconds", "s", 0, 1e9, scale=1, usual=3600)
 Seconds = Annotated[float, SECONDS]
 
 
-def check_timeout(seconds: object, what: str = "a timeout") -> float:
-    """Return *seconds* if that can be the limit of a wait; an error calls it *what*.
+def check_timeout(seconds: object) -> float:
+    """Return *seconds* if that can be the limit of a wait.
 
     Raises:
         ArgumentError: *seconds* is not a number, not finite, negative, or more than an hour without ``really()``.
     """
-    return float(SECONDS.check(what, seconds))
+    return float(SECONDS.check("a timeout", seconds))
 
 
 WheelSpeed = Annotated[float, Quantity("wheel_speed", "rev/s", -1, 1, scale=STEPS_PER_REVOLUTION)]

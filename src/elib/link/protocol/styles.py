@@ -7,8 +7,10 @@ object they become a function whose *type* depends on the style of that object, 
 from __future__ import annotations
 
 import concurrent.futures
+import functools
 import inspect
 import re
+import types
 import typing
 import warnings
 from collections.abc import Callable, Coroutine, Mapping
@@ -16,6 +18,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Concatenate, Generic, Never, ParamSpec, Protocol, TypeVar, overload
 
 from elib.base.errors import ArgumentError, CallCancelled, ElibError, LinkClosed
+from elib.base.pose import Pose
 from elib.base.rules import nearest
 from elib.link.protocol.quantities import Quantity, check_timeout
 
@@ -369,6 +372,13 @@ def _words(note: object, scope: Mapping[str, object]) -> Words:
     return Words(re.sub(r"\b[a-z]\w*\.", "", note if isinstance(note, str) else inspect.formatannotation(note)))
 
 
+def argument_hints(function: Callable[..., object]) -> dict[str, Any]:
+    """Return the annotations of the arguments. That of the result may name what is not imported yet."""
+    own = {name: note for name, note in function.__annotations__.items() if name not in ("self", "return")}
+    holder = types.SimpleNamespace(__annotations__=own)
+    return typing.get_type_hints(holder, globalns=function.__globals__, include_extras=True)
+
+
 class Action(Bindable[P, T]):
     """A method that needs several requests, written once as a coroutine function of the async robot."""
 
@@ -379,19 +389,28 @@ class Action(Bindable[P, T]):
         self.__signature__ = readable_signature(function)
 
     def check(self, args: tuple[object, ...], kwargs: Mapping[str, object]) -> None:
-        """Raise ArgumentError unless a call has the arguments that the method takes; their values are not checked."""
-        bind(self.name, self.__signature__, args, kwargs, self._rule)
+        """Raise ArgumentError unless a call has the arguments that the method takes, and numbers in their ranges."""
+        parameters = self.__signature__.parameters
+        for name, value in bind(self.name, self.__signature__, args, kwargs, self._rule).arguments.items():
+            quantity = self.quantities[name]
+            if quantity is not None and value is not parameters[name].default and not isinstance(value, Pose):
+                quantity.check(name, value)
 
     def _rule(self, argument: str) -> str:
         """Return what an argument may be; an empty text if it has no rule."""
-        found = self.quantity(argument)
+        found = self.quantities[argument]
         return "" if found is None else found.rule
 
-    def quantity(self, argument: str) -> Quantity | None:
-        """Return unit and range of an argument; None if it has none."""
-        hint = typing.get_type_hints(self.function, include_extras=True)[argument]
-        notes = (note for each in (hint, *typing.get_args(hint)) for note in getattr(each, "__metadata__", ()))
-        return next((note for note in notes if isinstance(note, Quantity)), None)
+    @functools.cached_property
+    def quantities(self) -> Mapping[str, Quantity | None]:
+        """Unit and range of each argument; None for one that has none."""
+        return {name: _quantity(hint) for name, hint in argument_hints(self.function).items()}
+
+
+def _quantity(hint: object) -> Quantity | None:
+    """Return the quantity of an annotation, or of one of its alternatives."""
+    notes = (note for each in (hint, *typing.get_args(hint)) for note in getattr(each, "__metadata__", ()))
+    return next((note for note in notes if isinstance(note, Quantity)), None)
 
 
 def action(function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Action[P, T]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import enum
 import inspect
 import textwrap
-import types
 import typing
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -21,7 +20,7 @@ from elib.link.protocol.context import Context, Form, Profile, Reply
 from elib.link.protocol.forms import prepare
 from elib.link.protocol.profiles import rule
 from elib.link.protocol.quantities import Quantity
-from elib.link.protocol.styles import Bindable, bind, readable_signature
+from elib.link.protocol.styles import Bindable, argument_hints, bind, readable_signature
 from elib.link.protocol.wifi import WifiForm
 
 P = ParamSpec("P")
@@ -189,6 +188,11 @@ class Request(Generic[T]):
         """Whether it returns a value and changes nothing, so that it may be asked again."""
         return self.is_poll or (self.spec is not None and self.spec.is_reading and not self.spec.parameters)
 
+    def sent(self, context: Context) -> None:
+        """Note what holds now, even if its answer is lost: wheels that it may stop are not told to drive on later."""
+        if self.halts or (self.spec is None and self.wheels):  # which speeds a text command sets is not known
+            context.last_set.speed = (0, 0)
+
     def confirmed(self, context: Context) -> None:
         """Note what the robot has confirmed."""
         if self.spec is not None and self.spec.remember is not None:
@@ -221,13 +225,6 @@ def example_of(doc: str) -> str:
     return textwrap.dedent(doc.partition(EXAMPLE)[2])
 
 
-def _argument_hints(function: Callable[..., object]) -> dict[str, Any]:
-    """Return the annotations of the arguments. That of the result may name what is not imported yet."""
-    own = {name: note for name, note in function.__annotations__.items() if name != "return"}
-    holder = types.SimpleNamespace(__annotations__=own)
-    return typing.get_type_hints(holder, globalns=function.__globals__, include_extras=True)
-
-
 def command(
     text: Form[T] | None = None,
     binary: Form[T] | None = None,
@@ -242,7 +239,7 @@ def command(
     """Make a row of the command table from a signature; :class:`Spec` explains the arguments."""
 
     def row(function: Callable[Concatenate[Any, P], T]) -> Command[P, T]:
-        hints = _argument_hints(function)
+        hints = argument_hints(function)
         signature = readable_signature(function)
         parameters = tuple(
             Parameter(

@@ -213,6 +213,7 @@ class Session:
             if not data:
                 self._loop.call_later(OVERTAKING_TIME, self._overtake, call)
             elif self._send_past(data):
+                call.request.sent(self.context)
                 call.sent = call.overtook_at = now = self._loop.time()
                 self.hooks.emit(now, Wrote, data)
 
@@ -405,7 +406,9 @@ class Session:
         for each in call:
             each.sent = now
         self._current = call
-        self._put(self._connection.send(call.request), now)
+        data = self._connection.send(call.request)
+        call.request.sent(self.context)
+        self._put(data, now)
 
     def _put(self, data: bytes, now: float) -> None:
         """Write *data* to the line, at once if it takes them."""

@@ -155,8 +155,7 @@ def _action(name: str) -> ActionForm:
     spec, method = SPECS.get(name), getattr(Actions, name)
     quantities = {each.name: each.quantity for each in spec.parameters} if spec else {}
     if not spec:  # a map has no form
-        found = {each: method.quantity(each) for each in method.__signature__.parameters}
-        quantities = {each: quantity for each, quantity in found.items() if quantity is not None}
+        quantities = {each: quantity for each, quantity in method.quantities.items() if quantity is not None}
     example = spec.example if spec else example_of(method.__doc__)
     code = "\n".join(line[4:] for line in example.splitlines() if line.startswith((">>> ", "... ")))
     calls = [each for each in ast.walk(ast.parse(code)) if isinstance(each, ast.Call)]
