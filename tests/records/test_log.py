@@ -173,6 +173,8 @@ async def test_a_comment_is_marked_on_each_of_its_lines(robot: elib.Epuck) -> No
         log.comment("start of second round")
         log.comment("two\nlines\r\nand\u2028more\n")
         log.comment("")
+        with pytest.raises(ArgumentError, match=r"^the comment is 5; it must be a text"):
+            log.comment(5)  # type: ignore[arg-type]
     assert stream.getvalue() == HEAD + "#start of second round\n#two\n#lines\n#and\n#more\n#\n"
 
 

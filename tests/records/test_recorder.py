@@ -8,6 +8,7 @@ import contextlib
 import hashlib
 import io
 import logging
+import math
 import os
 import subprocess
 import sys
@@ -185,6 +186,24 @@ def test_the_files_clock_runs_with_the_robots(path: Path) -> None:
     offsets = {each.log_time - round(each.data["time"] * 1e9) for each in found if not each.topic.startswith("/pose")}
     assert len(offsets) == 1
     assert [each.sequence for each in found] == list(range(1, len(found) + 1))
+
+
+@inside(elib.open, SIM)
+async def test_a_note_or_a_pose_that_no_reader_takes_is_refused_and_the_recording_goes_on(
+    robot: elib.Epuck, path: Path
+) -> None:
+    with robot.record(path) as recorder:
+        for wrong in (object(), 5, None, {"a": 1}, b"x", "x" * 100_001):
+            with pytest.raises(ArgumentError, match=r"^the note is .*it must be a text of at most 100000 characters$"):
+                recorder.note(wrong)  # type: ignore[arg-type]
+        with pytest.raises(ArgumentError, match=r"^kind is 5"):
+            recorder.note("x", kind=5)  # type: ignore[arg-type]
+        for wrong in ("a", 1e300, math.inf, None):
+            with pytest.raises(ArgumentError, match=r"^y is .*it must be a number from"):
+                recorder.measured(0, wrong, 0)  # type: ignore[arg-type]
+        recorder.note("\0" * 100_000)
+    assert len(of_topic(path, "/notes")[0]["message"]) >= 100_000
+    assert read_recording(path).is_complete
 
 
 @inside(elib.open, SIM)

@@ -259,6 +259,11 @@ def test_keep_moving_leaves_the_wheels_turning() -> None:
     assert wheels(robot) == (500, 500)
 
 
+def test_a_name_that_is_no_text_is_refused() -> None:
+    with pytest.raises(ArgumentError, match=r"^name is 5; it must be a text"):
+        elib.connect(SIM, name=5)  # type: ignore[arg-type]
+
+
 def test_a_closed_robot_says_so_and_still_knows_its_name() -> None:
     robot = elib.connect(SIM, name="Ada")
     robot.close()

@@ -44,6 +44,12 @@ async def test_an_unknown_host_is_not_found(monkeypatch: pytest.MonkeyPatch) -> 
         await open_tcp(parse_url("tcp://epuck.invalid:4000"))
 
 
+@pytest.mark.parametrize("host", ["a..b", f"{'x' * 64}.local"])
+async def test_a_name_that_no_host_can_have_is_not_found(host: str) -> None:
+    with pytest.raises(LinkNotFound, match=f"no host {host!r}"):
+        await open_tcp(parse_url(f"tcp://{host}:4000"))
+
+
 async def test_a_host_that_does_not_answer_is_given_up_and_a_robot_on_wifi_may_be_in_use(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

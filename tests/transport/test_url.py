@@ -114,6 +114,18 @@ def test_keys_become_settings_of_their_type() -> None:
     assert settings_of(parse_url("sim://")) == SimulationSettings(world="arena")
 
 
+def test_a_channel_of_many_digits_is_refused_as_any_other() -> None:
+    with pytest.raises(ArgumentError, match="it must be from 1 to 30"):
+        parse_url(f"rfcomm://10:00:E8:AA:BB:CC?channel={'9' * 5000}")  # more than Python reads as a number
+
+
+def test_a_file_whose_name_is_not_utf_8_stays_the_same_in_a_url() -> None:
+    url = parse_url("sim://w\udcff.toml?fault=f\udcff.toml")
+    assert (url.target, url.keys["fault"]) == ("w\udcff.toml", "f\udcff.toml")
+    assert str(url) == "sim://w%FF.toml?fault=f%FF.toml"
+    assert parse_url(str(url)) == url
+
+
 def test_keys_are_read_only_text() -> None:
     url = parse_url("sim://?seed=3&hardware=my%20file.json")
     assert dict(url.keys) == {"seed": "3", "hardware": "my file.json"}

@@ -379,6 +379,20 @@ class Text(Rule):
 
 
 @dataclass(frozen=True, slots=True)
+class Lines(Text):
+    """A text of any number of lines, none too."""
+
+    def __str__(self) -> str:
+        return f"a text of at most {self.longest} characters"
+
+    def accept(self, value: object) -> str:
+        """Return *value*."""
+        if isinstance(value, str) and len(value) <= self.longest:
+            return str(value)
+        raise self.refuse(value)
+
+
+@dataclass(frozen=True, slots=True)
 class Choice(Rule):
     """One of a few values."""
 

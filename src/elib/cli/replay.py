@@ -7,7 +7,6 @@ import math
 import sys
 from collections.abc import Sequence
 from typing import Annotated
-from urllib.parse import quote
 
 from cyclopts import Parameter as Cli
 
@@ -17,6 +16,7 @@ from elib.behaviours import find
 from elib.cli.arguments import Seconds, option
 from elib.cli.terminal import is_live, json_line, say
 from elib.link.protocol.words import Json
+from elib.link.transport import Url
 from elib.records.mcapreader import Health
 from elib.records.reader import Recording
 from elib.records.timeline import KINDS, Moment, timeline
@@ -84,14 +84,15 @@ def replay(
     else:
         from elib.cli.joystick import joystick  # printing needs no server
 
-        joystick(f"replay://{quote(file)}")
+        joystick(str(Url("replay", file)))
 
 
 def fork(
     file: str, at: float, behaviour: str | None, world: str | None, seconds: float | None, plot: str | None
 ) -> None:
     """Continue a recording from the moment *at*, s, in the simulator: with a behaviour, or as the robot drove then."""
-    url = f"replay://{quote(file)}?fork={at!r}&speed=max" + (f"&world={quote(world)}" if world else "")
+    keys = ("fork", repr(at)), ("speed", "max"), *([("world", world)] if world else [])
+    url = str(Url("replay", file, keys))
     if behaviour is not None:
         from elib.cli.script import run  # printing a recording needs none
 

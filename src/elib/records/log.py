@@ -14,7 +14,7 @@ from typing import Literal, Self, get_args
 from urllib.parse import quote
 
 from elib.base.errors import ElibError
-from elib.base.rules import Choice
+from elib.base.rules import Choice, Lines
 from elib.link import session
 from elib.link.session import Robot
 from elib.records.lognames import name_of_2011
@@ -22,6 +22,9 @@ from elib.records.writer import LineWriter, Target
 
 ROBOT_CLOSING_TIME = 0.2
 """s of real time for which closing a robot waits for its log: closing must be quick, wherever the log goes to."""
+
+COMMENT = Lines(100_000)
+"""The rule of a comment."""
 
 Vocabulary = Literal["python", "2011"]
 """How a log names commands: as Python does (``proximity``), or as the library of 2011 did (``GetIR(..)``)."""
@@ -97,10 +100,11 @@ class Log:
         """Write ``#`` and *text*, also while the log is stopped; each line of *text* becomes a comment.
 
         Raises:
+            ArgumentError: *text* is no text, or has more than 100,000 characters.
             ElibError: The log or its robot was closed, or the log could not be written.
         """
         self._check_open()
-        self._remark(text)
+        self._remark(COMMENT.require(text, "the comment"))
 
     def close(self) -> None:
         """Write the lines that are left and end the log. A file is closed, a stream stays open.

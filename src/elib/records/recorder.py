@@ -13,12 +13,12 @@ from typing import Protocol, Self, runtime_checkable
 
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.pose import Pose
-from elib.base.rules import Number, Whole
+from elib.base.rules import Lines, Number, Text, Whole
 from elib.link.session import Ended, Ending, Noted, Pushed, Reconnected, Robot, SessionOpened, TraceEvent
 from elib.records.background import CLOSING_TIME, Background
 from elib.records.mcapfile import Parts, check_mcap, exists, versions
 from elib.records.messages import Event, Located, Observed
-from elib.records.topics import FORMAT
+from elib.records.topics import FORMAT, MAX_NUMBER
 
 ROBOT_CLOSING_TIME = 0.2
 """s of real time for which closing a robot waits for its recording: closing must be quick, however slow the disk is."""
@@ -31,6 +31,8 @@ GATHERED = 0.3
 processor, they are in the file within a second."""
 PART_BYTES, PART_SECONDS, KEEP = Number(10_000, unit="bytes"), Number(1, unit="s"), Whole(2)
 """Rules for the parts of a recording. A part of less would hold little more than its own header."""
+NOTE, KIND, MEASURED = Lines(100_000), Text(), Number(-MAX_NUMBER, MAX_NUMBER)
+"""Rules for what a program adds: what they allow, every reader takes."""
 OBSERVING_PERIOD = 0.1
 """s of robot time between two recorded states of a simulated world."""
 CHECKING_PERIOD = 1.0
@@ -185,14 +187,15 @@ class Recorder:
         """Write a line into the recording.
 
         Args:
-            text: The line.
+            text: The line, at most 100,000 characters.
             kind: Kind of note: ``note``, or ``state`` for the state of a behaviour.
 
         Raises:
+            ArgumentError: One of them is no such text.
             ElibError: The recording is closed or cannot be written.
         """
         self._check_open()
-        self._put((self._robot.time, Noted(text, kind)))
+        self._put((self._robot.time, Noted(NOTE.require(text, "the note"), KIND.require(kind, "kind"))))
 
     def measured(self, x: float, y: float, heading: float) -> None:
         """Record the true pose of the robot, measured with a ruler or with a camera above it.
@@ -203,12 +206,13 @@ class Recorder:
             heading: Angle from the x axis, positive to the left, rad.
 
         Raises:
-            ArgumentError: A number is not finite.
+            ArgumentError: A number is not finite, or beyond all lengths.
             ElibError: The recording is closed or cannot be written.
         """
         self._check_open()
-        now = self._robot.time
-        self._put((now, Located(Pose(x, y, heading, time=now), is_measured=True)))
+        now, named = self._robot.time, (("x", x), ("y", y), ("heading", heading))
+        pose = Pose(*(MEASURED.require(value, name) for name, value in named), time=now)
+        self._put((now, Located(pose, is_measured=True)))
 
     def close(self) -> None:
         """Write what is left and the index, and close the file. It is safe to call this again.

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Protocol, Self
 
 from elib.base.errors import ElibError, LinkClosed
+from elib.base.rules import Lines
 from elib.link.protocol.context import Context
 from elib.link.protocol.image import Mounting, check_mounting
 from elib.link.protocol.profiles import profile_named
@@ -92,13 +93,13 @@ class Link:
     """The link that all views of one robot share: how it is opened, and its session while it is open.
 
     Raises:
-        ArgumentError: *url* is not a URL.
+        ArgumentError: *url* is not a URL, or *name* no text.
     """
 
     def __init__(self, url: str, name: str | None = None, settings: LinkSettings | None = None) -> None:
         parse_url(url)
         self.url = url
-        self.name = name or url
+        self.name = Lines().require(name, "name") if name else url
         self.settings = settings or LinkSettings()
         self.keep_moving = self.settings.keep_moving
         self.session: Channel | None = None

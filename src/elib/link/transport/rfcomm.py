@@ -38,7 +38,7 @@ def bluetooth_address(url: Url) -> tuple[str, int | None]:
     channel = url.keys.get("channel")
     if channel is None:
         return url.target.upper(), None
-    if not channel.isascii() or not channel.isdigit() or not 1 <= int(channel) <= 30:
+    if not channel.isascii() or not channel.isdigit() or len(channel) > 2 or not 1 <= int(channel) <= 30:
         raise ArgumentError(
             f"channel is {channel!r}; it must be from 1 to 30",
             hint=f"leave it out: an e-puck1 listens on {EPUCK1_CHANNEL}, an e-puck2 on {EPUCK2_CHANNEL}",

@@ -72,9 +72,9 @@ async def connect_tcp(transport: StreamTransport, host: str, port: int, advice: 
     try:
         async with asyncio.timeout(OPEN_TIMEOUT):
             channel, _ = await loop.create_connection(lambda: transport, host, port)
-    except socket.gaierror as error:
+    except (socket.gaierror, UnicodeError) as error:  # UnicodeError: no host can have such a name
         raise LinkNotFound(
-            f"{url}: there is no host {host!r} ({error.strerror})",
+            f"{url}: there is no host {host!r} ({getattr(error, 'strerror', error)})",
             hint="check the spelling, or use the number of the address, like 192.168.1.5",
         ) from error
     except TimeoutError as error:

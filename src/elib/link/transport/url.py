@@ -6,9 +6,9 @@ import os
 import re
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import MappingProxyType
-from urllib.parse import quote, unquote
+from urllib import parse
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.rules import nearest
@@ -23,6 +23,9 @@ EXAMPLES = "sim://, serial:///dev/rfcomm0, rfcomm://10:00:E8:AA:BB:CC, tcp://127
 HOST_PORT = re.compile(r"(\[[0-9a-fA-F:.]+\]|[\w.-]+):(\d{1,5})")
 BLUETOOTH_ADDRESS = re.compile(r"[0-9A-Fa-f]{2}(:[0-9A-Fa-f]{2}){5}")
 _PORT_NAME = re.compile(r"(COM\d+|(?:tty|rfcomm|cu\.|pts/).+)", re.IGNORECASE)
+
+# The names of files need not be UTF-8.
+_quote, _unquote = partial(parse.quote, errors="surrogateescape"), partial(parse.unquote, errors="surrogateescape")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +42,8 @@ class Url:
         return MappingProxyType(dict(self.query))
 
     def __str__(self) -> str:
-        text = f"{self.scheme}://{quote(self.target, safe='/:[].@~')}"
-        pairs = "&".join(f"{key}={quote(value, safe='/:')}" if value else key for key, value in self.query)
+        text = f"{self.scheme}://{_quote(self.target, safe='/:[].@~')}"
+        pairs = "&".join(f"{key}={_quote(value, safe='/:')}" if value else key for key, value in self.query)
         return f"{text}?{pairs}" if pairs else text
 
 
@@ -127,7 +130,7 @@ def parse_url(text: object) -> Url:
     if not query and "&" in target and "=" in target:
         hint = f"did you mean {name}://{target.replace('&', '?', 1)}?"
         raise ArgumentError(f"{text!r}: keys stand behind a ?, and there is none", hint=hint)
-    url = Url(name.lower(), unquote(target))
+    url = Url(name.lower(), _unquote(target))
     scheme = scheme_of(url)
     return scheme.check(Url(url.scheme, url.target, _pairs(text, url.scheme, scheme, query)))
 
@@ -176,7 +179,7 @@ def _pairs(text: str, name: str, scheme: Scheme, query: str) -> tuple[tuple[str,
     pairs: dict[str, str] = {}
     for part in filter(None, query.split("&")):
         key, separator, value = part.partition("=")
-        key, value = unquote(key), unquote(value)
+        key, value = _unquote(key), _unquote(value)
         if key not in scheme.keys:
             raise ArgumentError(f"{text!r}: {name}:// has no key {key!r}", hint=nearest(key, scheme.keys))
         if not value and (separator or key not in scheme.flags):
