@@ -28,7 +28,7 @@ from elib.link.session import Called, Received, TraceEvent, Wrote
 from elib.records import mcapfile
 from elib.records.background import Background
 from elib.records.messages import Message
-from elib.records.reader import Entry, read_recording, summary_of
+from elib.records.reader import Entry, Recording, read_recording, summary_of
 from elib.records.recorder import Recorder, check_new
 from elib.records.topics import BYTES
 from elib.robot.runner import run_on
@@ -203,7 +203,7 @@ async def test_a_note_or_a_pose_that_no_reader_takes_is_refused_and_the_recordin
                 recorder.measured(0, wrong, 0)  # type: ignore[arg-type]
         recorder.note("\0" * 100_000)
     assert len(of_topic(path, "/notes")[0]["message"]) >= 100_000
-    assert read_recording(path).is_complete
+    assert summary_of(Recording(path)).is_complete
 
 
 @inside(elib.open, SIM)

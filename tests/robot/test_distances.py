@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import elib
@@ -81,6 +82,15 @@ def test_the_gains_of_a_fitted_robot_make_its_distances_surer() -> None:
         plain, fitted = robot.distances(), robot.distances(gains=world._state.world.robots[0].gain)
         assert fitted.errors[5] < 0.3 * plain.errors[5]
         assert fitted[5] == pytest.approx(0.03, abs=fitted.errors[5])
+
+
+@pytest.mark.parametrize("gains", [[math.nan] * 8, [0] * 8, [math.inf] * 8, [-1] * 8, [1] * 7, ["1"] * 8, 5])
+def test_gains_that_no_sensor_can_have_are_refused(gains: object) -> None:
+    with elib.connect("sim://square?speed=max") as robot:
+        for look in (robot.distances, robot.scan):
+            with pytest.raises(elib.ArgumentError, match=r"^gains is .*it must be 8 numbers, each from 0.01 to 100"):
+                look(gains=gains)
+        assert len(robot.distances(gains=np.ones(8)).errors) == 8
 
 
 def test_a_profile_has_the_gains_that_distances_take(tmp_path: Path) -> None:

@@ -7,13 +7,14 @@ import contextlib
 import functools
 import inspect
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Protocol, get_args, runtime_checkable
 
 from elib.base.body import AXLE, METRES_PER_STEP, SENSOR_DIRECTIONS
 from elib.base.errors import ArgumentError, LinkLost, RemoteProtocolError, ReplyTimeout, Unsupported, about
 from elib.base.pose import Pose
+from elib.base.rules import Number, Several
 from elib.link.protocol.commands import SPECS, Commands
 from elib.link.protocol.context import Context
 from elib.link.protocol.profiles import FIRMWARES
@@ -58,6 +59,8 @@ still for a program that asks nothing else."""
 SCAN_RATE = 1.0
 """rad/s: a link that takes 0.08 s for a look then lets each sensor look twice in each direction of a scan."""
 
+GAINS = Several(Number(0.01, 100), len(SENSOR_DIRECTIONS))
+"""The rule of the factors of the infrared sensors. A gain of 0 would make a wall of nothing."""
 Reflectance = Annotated[float, Quantity("reflectance", "", 0.05, 1, scale=100)]
 
 
@@ -79,8 +82,8 @@ async def _look(robot: Robot, reflectance: float, gains: Sequence[float] | None)
     from elib.link.protocol.distances import OpenAir, distances  # here: most programs read counts
 
     reflects = checked(Reflectance, "reflectance", reflectance)
-    if gains is not None and len(gains) != len(SENSOR_DIRECTIONS):
-        raise ArgumentError(f"gains has {len(gains)} numbers; it must have 8, one for each infrared sensor")
+    if gains is not None:
+        gains = GAINS.require(tuple(gains) if isinstance(gains, Iterable) else gains, "gains")
     context, found = robot.context, dict[str, Any]()
     names = [name for name in ("proximity", "distance") if name not in context.profile.absent]
     for poll in polls(names, context, "distances()"):
