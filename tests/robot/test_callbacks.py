@@ -57,6 +57,16 @@ def test_callbacks_that_end_the_program_end_nothing_and_are_reported(
     assert f"{error.__name__}: from a callback" in caplog.text
 
 
+def test_a_callback_of_a_call_that_has_ended_is_called_after_the_robot_was_closed_too() -> None:
+    called = queue.SimpleQueue[object]()
+    with elib.connect(MAX) as robot:
+        pending = robot.begin.selector()
+        pending.add_done_callback(called.put)
+        assert called.get(timeout=PATIENCE) is pending  # a thread for callbacks has begun
+    pending.add_done_callback(called.put)
+    assert called.get(timeout=PATIENCE) is pending
+
+
 # -- blocking --------------------------------------------------------------------------------------------------------
 
 

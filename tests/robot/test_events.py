@@ -176,3 +176,15 @@ def test_a_blocking_program_reads_events_with_a_bound() -> None:
         for again in robot.events:
             assert again is event
             break
+
+
+def test_an_iteration_of_blocking_code_ends_after_what_has_happened_when_its_robot_is_closed() -> None:
+    robot = elib.connect(url())
+    notes = [RobotEvent(time=time) for time in (1.0, 2.0, 3.0)]
+    iteration = iter(robot.events)
+    for note in notes:
+        robot.events.add(note)
+    assert next(iteration) is notes[0]
+    robot.close()
+    assert list(iteration) == notes[1:]
+    assert list(robot.events) == notes

@@ -32,10 +32,14 @@ class CallbackPool:
         self._lock = threading.Lock()
         self._busy = 0
         """Callbacks queued or running."""
+        self._is_closed = False
 
     def put(self, function: Callable[[], None], name: str) -> None:
         """Queue one callback."""
         with self._lock:
+            if self._is_closed:  # of a call that ended before
+                threading.Thread(target=reported, args=(function, name), name="elib callback", daemon=True).start()
+                return
             self._busy += 1
             self._queue.put((function, name))
             if len(self._threads) < min(self._busy, CALLBACK_THREADS):
@@ -53,8 +57,10 @@ class CallbackPool:
 
     def close(self) -> None:
         """End each thread after the callback that it runs."""
-        for _ in self._threads:
-            self._queue.put(None)
+        with self._lock:
+            self._is_closed = True
+            for _ in self._threads:
+                self._queue.put(None)
 
 
 class CallbackQueue(CallbackPool):
@@ -67,6 +73,9 @@ class CallbackQueue(CallbackPool):
 
     def put(self, function: Callable[[], None], name: str) -> None:
         """Queue one callback."""
+        if self._is_closed:
+            reported(function, name)
+            return
         self._due.append((function, name))
         self._loop.call_soon(self._loop.stop)
 

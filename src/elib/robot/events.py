@@ -125,22 +125,15 @@ class Events:
         """
         return EventReader(self, check_timeout(seconds))
 
-    async def after(self, number: int, timeout: float) -> tuple[int, RobotEvent] | None:
-        """Wait for event *number*, counted from 0, or the oldest one after it that is kept.
-
-        Args:
-            number: The number of the event.
-            timeout: How long to wait for it, s, or infinity.
-
-        Returns:
-            The number and the event; None if it did not happen in time, or will never happen.
-        """
-        try:
+    async def until(self, number: int, timeout: float) -> None:
+        """Wait until event *number*, counted from 0, has happened or will never happen; *timeout* s, or infinity."""
+        with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(None if math.isinf(timeout) else timeout):
                 while number >= self._count and not self._is_over:
                     await self._arrived.wait()
-        except TimeoutError:
-            return None
+
+    def kept(self, number: int) -> tuple[int, RobotEvent] | None:
+        """Return event *number*, or the oldest one after it that is kept, with its number; None if there is none."""
         if number >= self._count:
             return None
         number = max(number, self.dropped)
@@ -218,7 +211,12 @@ class EventReader:
 
     async def take(self) -> RobotEvent | None:
         """Wait for the next event; None at the end."""
-        found = await self._events.after(self._next, self._timeout)
+        await self._events.until(self._next, self._timeout)
+        return self.kept()
+
+    def kept(self) -> RobotEvent | None:
+        """Return the next event if it has happened; else None."""
+        found = self._events.kept(self._next)
         if found is None:
             return None
         number, event = found
@@ -300,5 +298,11 @@ class BlockingEvents:
             self._portal.loop.call_soon_threadsafe(self._events.add, event)
 
     def _iterate(self, reader: EventReader) -> Iterator[RobotEvent]:
-        while (event := self._portal.call(reader.take())) is not None:
+        while True:
+            try:
+                event = self._portal.call(reader.take())
+            except LinkClosed:  # the robot was closed meanwhile, and with it the loop that waits
+                event = reader.kept()
+            if event is None:
+                return
             yield event
