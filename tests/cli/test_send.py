@@ -209,6 +209,12 @@ def test_a_picture_that_cannot_be_saved_is_a_failure_that_names_the_file(tmp_pat
     assert err.startswith(f"error: {path!r} cannot be written: No such file or directory\nhint: ")
 
 
+@pytest.mark.parametrize("name", [f"{'写' * 80}.png", f"a.{'x' * 200}.png"])
+def test_a_file_may_have_as_long_a_name_as_the_system_allows(name: str, tmp_path: Path, sent: Sent) -> None:
+    assert sent("image", "--save", str(tmp_path / name))[0] == 0
+    assert [each.name for each in tmp_path.iterdir()] == [name]
+
+
 def test_samples_are_nested_lists(sent: Sent) -> None:
     rings = json.loads(sent("microphone_samples", "--json")[1])
     assert [len(ring) for ring in rings] == [100, 100, 100]

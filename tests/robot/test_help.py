@@ -7,6 +7,7 @@ import math
 import pydoc
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -198,3 +199,14 @@ def test_a_command_without_its_brackets_is_still_a_function(robot: elib.Blocking
 def test_the_class_of_a_robot_called_with_a_url_names_what_opens_one() -> None:
     with pytest.raises(elib.ArgumentError, match=r"hint: async with elib\.open\('sim://'\) as robot"):
         elib.Epuck("sim://")  # type: ignore[arg-type]
+
+
+def test_a_picture_that_cannot_be_saved_as_told_is_refused(robot: elib.BlockingEpuck, tmp_path: Path) -> None:
+    picture = robot.image()
+    for name in ("ahead", "ahead.xyz", "ahead.psd"):  # Pillow reads the last one, and does not write it
+        with pytest.raises(elib.ArgumentError, match=f"a picture cannot become .*{name}'\nhint: .* .png or .jpg"):
+            picture.save(tmp_path / name)
+    for scale in (0, 1.5, 10**6):
+        with pytest.raises(elib.ArgumentError, match=r"scale is .*it must be a whole number from 1 to 50"):
+            picture.save(tmp_path / "a.png", scale=scale)  # type: ignore[arg-type]
+    assert list(tmp_path.iterdir()) == []

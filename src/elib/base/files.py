@@ -180,7 +180,9 @@ def named(target: str) -> Iterator[None]:
 def _beside(path: Path) -> Path:
     import tempfile  # here: it loads seven modules, and most programs write no file
 
-    handle, name = tempfile.mkstemp(prefix=f".{path.name[:100]}.", suffix=path.suffix, dir=path.parent)
+    # A name has 255 bytes at most, and a character up to 4 of them. What writes the file may look at its ending.
+    name, suffix = path.name[:40], path.suffix[:10]
+    handle, name = tempfile.mkstemp(prefix=f".{name}.", suffix=suffix, dir=path.parent)
     os.close(handle)
     return Path(name)
 

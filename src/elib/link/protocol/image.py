@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from elib.base.body import FOCAL
 from elib.base.errors import ArgumentError, Unsupported
+from elib.base.rules import Whole
 from elib.link.protocol.quantities import TAG_SIZE, CameraMode
 
 if TYPE_CHECKING:
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 
     from elib.link.protocol.colours import Blob, Grey, Hue
     from elib.link.protocol.tags import Tag
+
+SCALE = Whole(1, 50)
+"""The rule of how many times as large a picture is saved."""
 
 
 class Mounting(enum.Enum):
@@ -185,10 +189,20 @@ class Image:
         return math.atan(((self.width - 1) / 2 - column) * self.zoom / FOCAL)
 
     def save(self, path: str | os.PathLike[str], *, scale: int = 1) -> None:
-        """Write the upright picture to *path* in the format its ending names, each pixel *scale* times as large."""
+        """Write the upright picture to *path* in the format its ending names, each pixel *scale* times as large.
+
+        Raises:
+            ArgumentError: The name ends in no format of pictures, or *scale* is no whole number from 1 to 50.
+        """
+        import PIL.Image
+
         from elib.base.files import replacing  # here: only saving needs it
 
-        picture = enlarged(self, scale)
+        kind = PIL.Image.registered_extensions().get(os.path.splitext(path)[1].lower())
+        if kind not in PIL.Image.SAVE:
+            name = os.fspath(path)
+            raise ArgumentError(f"a picture cannot become {name!r}", hint="let its name end in .png or .jpg")
+        picture = enlarged(self, SCALE.require(scale, "scale"))
         with replacing(os.fspath(path)) as file:
             picture.save(file)
 
