@@ -312,6 +312,25 @@ async def test_in_turn_nobody_is_asked_any_more_after_the_first_error(robots: el
     assert speeds()[::2] == STANDING[::2]
 
 
+@pytest.mark.parametrize("way", ["all", "in_turn"])
+@inside(elib.swarm, THREE)
+async def test_a_program_that_awaits_what_it_has_cancelled_fails_as_any_other(robots: elib.Swarm, way: str) -> None:
+    async def give_up_first(robot: elib.Epuck) -> None:
+        await robot.set_speed(0.3, 0.3)
+        if robot.name == "epuck-1":
+            task = asyncio.create_task(robot.sleep(9))
+            task.cancel()
+            await task
+        await robot.sleep(60)
+
+    speeds, began = wheels(robots), robots[0].time
+    with pytest.raises(elib.SwarmError, match=r"^epuck-1: its program awaited what was cancelled"):
+        await getattr(robots, way).run(give_up_first)
+    assert robots[0].time - began < 1
+    assert speeds() == STANDING
+    assert list((await robots.all.collect.run(give_up_first)).errors) == ["epuck-1"]
+
+
 @simulated
 async def test_the_programs_of_the_others_are_cancelled_and_an_error_of_ones_own_keeps_its_type() -> None:
     ended: list[str] = []

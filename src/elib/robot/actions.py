@@ -77,7 +77,7 @@ class Messenger(Protocol):
         ...
 
 
-async def _look(robot: Robot, reflectance: float, gains: Sequence[float] | None) -> Distances:
+async def _look(robot: Robot, reflectance: float, gains: Any) -> Distances:
     """Read the sensors that measure distances."""
     from elib.link.protocol.distances import OpenAir, distances  # here: most programs read counts
 

@@ -49,7 +49,7 @@ async def in_turn(robots: Iterable[Epuck], program: Program[T], *, fail_fast: bo
     results: Results[T] = {}
     for robot in robots:
         try:
-            results[robot.name] = await program(robot)
+            results[robot.name] = await _run(program, robot)
         except Exception as error:
             results[robot.name] = error
             if fail_fast:
@@ -92,7 +92,14 @@ def joined(names: Sequence[str]) -> str:
 
 
 async def _run(program: Program[T], robot: Epuck) -> T:
-    return await program(robot)
+    """Run *program* for one robot. Only whoever runs the swarm cancels it: a cancellation of its own is an error."""
+    try:
+        return await program(robot)
+    except asyncio.CancelledError as error:
+        task = asyncio.current_task()
+        if task is None or task.cancelling():
+            raise
+        raise ElibError("its program awaited what was cancelled", hint="catch asyncio.CancelledError there") from error
 
 
 async def _cancel(tasks: Collection[asyncio.Task[Any]]) -> None:
