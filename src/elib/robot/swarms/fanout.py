@@ -92,7 +92,7 @@ def joined(names: Sequence[str]) -> str:
 
 
 async def _run(program: Program[T], robot: Epuck) -> T:
-    """Run *program* for one robot. Only whoever runs the swarm cancels it: a cancellation of its own is an error."""
+    """Run *program* for one robot. Only the caller of the swarm cancels it: a cancellation of its own is an error."""
     try:
         return await program(robot)
     except asyncio.CancelledError as error:
