@@ -246,10 +246,10 @@ async def test_the_arguments_of_actions_are_checked_too(robot: elib.Epuck) -> No
     assert firmware_of(robot).lights.body == 1
 
 
-def test_a_call_that_fails_in_an_unforeseen_way_still_reaches_its_callback() -> None:
+def test_a_call_that_fails_before_anything_is_sent_still_reaches_its_callback() -> None:
     with elib.connect(BTCOM) as robot:
         seen: list[object] = []
-        robot.callback(None, lambda error, state: seen.append((type(error), state)), 7).sleep("x")  # type: ignore[arg-type]
+        robot.callback(None, lambda error, state: seen.append((type(error), state)), 7).text("")
         robot.sleep(0.1)
         assert seen == [(ArgumentError, 7)]
 
