@@ -12,6 +12,7 @@ from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.simulation import as_scene
 from elib.simulator.physics import Box, Colour, Cylinder, Episodes, EpuckModel, Light, Pose, Scene, Sound, Task, World
 from elib.simulator.physics.fittings import Energy, Zone
+from elib.simulator.physics.geometry import Polygon
 from elib.simulator.worlds.files import parse
 from elib.simulator.worlds.writer import written_scene
 
@@ -120,6 +121,24 @@ def test_a_puck_that_comes_into_a_nest_earns_points_and_comes_back_in_its_field(
     found = world.snapshot().cylinders[0]
     assert 0.1 < found.x < 0.3
     assert 0.05 < found.y < 0.15
+
+
+BLOCK = Box(0.7, 0.3, 0.2, 0.2)
+FIELD = Zone("field", 0.7, 0.3, width=0.1, depth=0.1)
+BACK = replace(DISC, collect="robots", respawn="field")
+
+
+@pytest.mark.parametrize("block", [{"boxes": (BLOCK,)}, {"polygons": (Polygon(BLOCK.corners),)}])
+def test_a_puck_does_not_come_back_inside_of_a_fixed_block(block):
+    world = driven(replace(ROOM, zones=(FIELD,), cylinders=(BACK,), **block), 1.5)
+    assert happened(world, "collect", "respawn") == [("collect", "disc", 0)]
+
+
+def test_a_puck_comes_back_where_a_fixed_block_stood_before():
+    world = driven(replace(ROOM, zones=(FIELD,), cylinders=(BACK,), boxes=(BLOCK,)), 1.5)
+    world.move_box(0, Pose(0.7, 0.5))
+    world.run(1)
+    assert happened(world, "collect", "respawn") == [("collect", "disc", 0), ("respawn", "disc", None)]
 
 
 def test_food_is_eaten_by_touch_and_gone_for_good():

@@ -24,7 +24,7 @@ from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.sensors.proximity import forget
 from elib.simulator.physics.simulation import advance
 from elib.simulator.physics.spawning import spawn, stand
-from elib.simulator.physics.zones import FIRST_INK, Areas, areas_of, zone_state
+from elib.simulator.physics.zones import FIRST_INK, areas_of, open_cells, zone_state
 
 PLACE = "x", "y", "heading_x", "heading_y"
 """Where a robot or a thing stands, to the last bit, which an angle does not keep."""
@@ -98,7 +98,7 @@ class State:
             robots=engine.blank(records.Robot, count),
             views=engine.blank(records.SensorView, count),
             scratch=engine.blank(records.Scratch, lanes),
-            **_tables(engine.name, scene.model, floor, self.areas),
+            **_tables(engine.name, scene.model),
             **self._solid_rows(count),
             lamps=engine.blank(records.Lamp, 0),
             tones=engine.blank(records.Tone, 0),
@@ -197,6 +197,7 @@ class State:
             "walls": engine.records(records.Segment, solids.walls),
             "discs": engine.records(records.Disc, solids.discs),
             "things": engine.records(records.Thing, solids.things),
+            "floor": _ground(engine.name, self.floor, open_cells(self.areas, self.scene, self.boxes)),
             "cells": engine.records(records.Cell, cells),
             "heads": engine.ints([], setting.hash_columns * setting.hash_rows),
             "listings": engine.records(records.Listing, assembly.listings(solids, count, setting.horizon)),
@@ -373,8 +374,8 @@ def _overwrite(record: object, new: Any) -> None:
 
 
 @lru_cache(maxsize=8)
-def _tables(engine_name: str, model: EpuckModel, floor: Floor, areas: Areas) -> dict[str, Any]:
-    """Return the tables that all worlds with the same sensors, floor and zones share."""
+def _tables(engine_name: str, model: EpuckModel) -> dict[str, Any]:
+    """Return the tables that all worlds with the same sensors share."""
     engine = engine_named(engine_name)
     profile = profiles.profile(model.profile)
     responses = [records.Response(*pair) for pair in zip(profile.counts, profile.deviation, strict=True)]
@@ -382,5 +383,10 @@ def _tables(engine_name: str, model: EpuckModel, floor: Floor, areas: Areas) -> 
         "tables": engine.records(records.Tables, [assembly.tables(model.generation)]),
         "fans": engine.records(records.Fan, assembly.fans(model.rays, profile)),
         "response": engine.records(records.Response, responses),
-        "floor": engine.ints([*(floor.pixels or [0]), *areas.cells]),
     }
+
+
+@lru_cache(maxsize=8)
+def _ground(engine_name: str, floor: Floor, cells: tuple[int, ...]) -> Any:
+    """Return the table that all worlds with the same floor and map of zones share."""
+    return engine_named(engine_name).ints([*(floor.pixels or [0]), *cells])
