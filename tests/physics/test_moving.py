@@ -12,6 +12,7 @@ from world_rig import IDEAL, ray_lengths
 
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import Box, Cylinder, Light, Pose, Scene, Sound, Wall, World
+from elib.simulator.physics.fittings import Zone
 from lanes import short
 
 SCENE = Scene(
@@ -266,3 +267,15 @@ def test_a_moment_of_another_world_is_refused_and_changes_nothing(world):
     with pytest.raises(ArgumentError, match="a moment of another world"):
         other.go_back(world.moment())
     assert other.hash() == before
+
+
+CRATE = replace(SCENE.boxes[1], name="crate")
+KEYED = replace(SCENE, boxes=(CRATE,), zones=(Zone("plate", 0.9, 0.6, 0.05, by="crate"),))
+
+
+def test_a_world_goes_back_whose_zone_is_switched_by_a_box():
+    world = World(KEYED)
+    then = world.moment()
+    world.move_box(0, Pose(0.9, 0.6))
+    world.go_back(then)
+    assert world.snapshot().boxes == (CRATE,)

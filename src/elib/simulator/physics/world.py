@@ -11,7 +11,8 @@ import contextlib
 import copy
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import fields
+from operator import attrgetter
 from typing import Any
 
 from elib.base.body import METRES_PER_STEP, step_rate
@@ -39,6 +40,9 @@ from elib.simulator.physics.state import Moment, State
 from elib.simulator.physics.worldreading import ReadableWorld, checked
 
 WANTED = Number(unit="steps/s")
+
+_FIRM = attrgetter(*(each.name for each in fields(Scene) if each.name not in ("walls", "boxes")))
+"""What no hand changes of a scene."""
 
 
 class _Followers(list[Callable[[], object]]):
@@ -507,8 +511,7 @@ class World(ReadableWorld):
         Raises:
             ArgumentError: It is a moment of another world.
         """
-        then, now = (replace(scene, walls=(), boxes=()) for scene in (moment.scene, self.scene))
-        if then != now or len(moment.robots) != self.robots:
+        if _FIRM(moment.scene) != _FIRM(self.scene) or len(moment.robots) != self.robots:
             raise ArgumentError("this is a moment of another world", hint="keep moment() of the world that goes back")
         self._state.go_back(moment)
         self.scene = moment.scene
