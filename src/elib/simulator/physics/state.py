@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any, TypeVar, cast
 
+from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
 from elib.simulator.physics import assembly, profiles, records
 from elib.simulator.physics.body import EpuckModel
@@ -253,17 +254,26 @@ class State:
 
     def add_box(self, box: Box) -> None:
         """Put a box into the world, the last one of its scene."""
+        scene = replace(self.scene, boxes=(*self.scene.boxes, box))  # refused before anything changes
         things = self._motions()
         if box.can_move:  # Boxes come before cylinders.
             made = assembly.thing_record(box, self.scene)
             things.insert(sum(k >= 0 for k in self.solids.box_things), _values(made, MOTION))
         self._follow_things()
         self.boxes.append(box)
-        self.scene = replace(self.scene, boxes=(*self.scene.boxes, box))
+        self.scene = scene
         self._lay_out(things)
 
     def remove_box(self, index: int) -> None:
-        """Take a box out of the world; those behind it in the scene move up."""
+        """Take a box out of the world; those behind it in the scene move up.
+
+        Raises:
+            ArgumentError: It switches a zone.
+        """
+        name = self.boxes[index].name
+        zone = next((zone.name for zone in self.scene.zones if name and zone.by == name), None)
+        if zone is not None:
+            raise ArgumentError(f"box {index} ({name}) stays: it switches the zone {zone}", hint="move it instead")
         things, gone = self._motions(), self.solids.box_things[index]
         if gone >= 0:
             del things[gone]

@@ -419,7 +419,8 @@ class World(ReadableWorld):
         """Put another box into the world, counted behind those that are there.
 
         Raises:
-            ArgumentError: A robot is in its way, its centre leaves the arena, or the world has too many.
+            ArgumentError: A robot is in its way, its centre leaves the arena, the world has too many, or it is the door
+                of a zone that is not there.
         """
         self._mover.add_box(box)
         self.scene = self._state.scene
@@ -428,7 +429,7 @@ class World(ReadableWorld):
         """Take a box out of the world; those counted behind it move up.
 
         Raises:
-            ArgumentError: There is no such box.
+            ArgumentError: There is no such box, or it switches a zone.
         """
         self._state.remove_box(checked(box, len(self._state.boxes), "box"))
         self.scene = self._state.scene
