@@ -125,7 +125,8 @@ def test_a_puck_that_comes_into_a_nest_earns_points_and_comes_back_in_its_field(
 
 BLOCK = Box(0.7, 0.3, 0.2, 0.2)
 FIELD = Zone("field", 0.7, 0.3, width=0.1, depth=0.1)
-BACK = replace(DISC, collect="robots", respawn="field")
+FOOD = replace(DISC, collect="robots")
+BACK = replace(FOOD, respawn="field")
 
 
 @pytest.mark.parametrize("block", [{"boxes": (BLOCK,)}, {"polygons": (Polygon(BLOCK.corners),)}])
@@ -142,13 +143,26 @@ def test_a_puck_comes_back_where_a_fixed_block_stood_before():
 
 
 def test_food_is_eaten_by_touch_and_gone_for_good():
-    food = replace(DISC, collect="robots", energy=0.25)
-    scene = replace(ROOM, cylinders=(food,), energy=Energy(0.0, start=0.5))
+    scene = replace(ROOM, cylinders=(replace(FOOD, energy=0.25),), energy=Energy(0.0, start=0.5))
     world = driven(scene, 4)
     assert happened(world) == [("collect", "disc", 0)]
     assert world.energy(0) == 0.75
     assert not world.touching(0)
     assert as_scene(world).cylinders == ()
+
+
+def test_events_name_what_they_were_about_whatever_comes_and_goes_after_them():
+    world = driven(replace(ROOM, zones=(replace(PLATE, x=0.2),), boxes=(DOOR,), cylinders=(FOOD,)), 1.5)
+    then, before = world.moment(), world.events
+    assert {each.what for each in before} == {"plate", "door", "disc"}
+    world.add_box(Box(0.9, 0.1, 0.1, 0.1, is_pushable=True, name="crate"))
+    world.remove_box(0)
+    assert world.events == before
+    world.go_back(then)
+    world.run(1)
+    assert world.events[: len(before)] == before
+    world.reset()
+    assert world.events == ()
 
 
 def test_lamps_and_sounds_follow_their_zone():

@@ -106,6 +106,7 @@ class World(ReadableWorld):
         self._lamps: dict[int, Lamps] = {}
         self._memory: Any = None
         self._memory_size = 0
+        self._told = ()
         self._followers = _Followers()
 
     @classmethod
@@ -265,7 +266,7 @@ class World(ReadableWorld):
         self._settled.clear()
         self._wheels.clear()
         self._lamps.clear()
-        self._memory, self._memory_size = None, 0
+        self._memory, self._memory_size, self._told = None, 0, ()
 
     def run_to(self, time: float) -> None:
         """Run to the last whole tick at or before *time*, s since the start. Never goes back.
@@ -422,6 +423,7 @@ class World(ReadableWorld):
             ArgumentError: A robot is in its way, its centre leaves the arena, the world has too many, or it is the door
                 of a zone that is not there.
         """
+        self._told = self.events
         self._mover.add_box(box)
         self.scene = self._state.scene
 
@@ -431,6 +433,7 @@ class World(ReadableWorld):
         Raises:
             ArgumentError: There is no such box, or it switches a zone.
         """
+        self._told = self.events
         self._state.remove_box(checked(box, len(self._state.boxes), "box"))
         self.scene = self._state.scene
 
@@ -514,6 +517,7 @@ class World(ReadableWorld):
         """
         if _FIRM(moment.scene) != _FIRM(self.scene) or len(moment.robots) != self.robots:
             raise ArgumentError("this is a moment of another world", hint="keep moment() of the world that goes back")
+        self._told = self.events
         self._state.go_back(moment)
         self.scene = moment.scene
 

@@ -53,6 +53,7 @@ class ReadableWorld:
     _lamps: dict[int, Lamps]
     _memory: Any
     _memory_size: int
+    _told: tuple[Event, ...]  # the events until boxes last came or went: their numbers stood for other things
 
     @property
     def robots(self) -> int:
@@ -316,7 +317,8 @@ class ReadableWorld:
         """What happened to zones, doors, pucks and the energy of robots, the last 256, oldest first."""
         log = self._state.world.states
         count = int(log[0]) if len(log) else 0
-        return tuple(self._event(n, *map(int, log[at : at + 4])) for n, at in _last(count))
+        told = {event.number: event for event in self._told}
+        return tuple(told.get(n) or self._event(n, *map(int, log[at : at + 4])) for n, at in _last(count))
 
     def _event(self, number: int, tick: int, kind: int, what: int, robot: int) -> Event:
         named, solids = KINDS[kind], self._state.solids
