@@ -207,13 +207,43 @@ def test_a_world_goes_back_to_what_zones_doors_and_energies_were_and_is_saved_as
     driven(scene, 2, world=world)
     saved = as_scene(world)
     assert (saved.zones[0].is_on, saved.boxes, saved.energies) == (True, scene.boxes, (world.energy(0),))
-    again = World(parse(written_scene(saved).encode(), "world.toml"))
-    assert again.snapshot().boxes[0].y == pytest.approx(world.snapshot().boxes[0].y)
+    assert loaded(world).snapshot().boxes[0].y == pytest.approx(world.snapshot().boxes[0].y)
     world.go_back(then)
     assert (world.zones[0].is_on, world.snapshot().boxes[0].y) == (False, 0.3)
     assert world.energy(0) == pytest.approx(1 - 0.05, abs=0.002)
     world.reset()
     assert driven(scene, 1, world=world).hash() == before
+
+
+def loaded(world):
+    """Return a world that begins with what is saved of one."""
+    return World(parse(written_scene(as_scene(world)).encode(), "world.toml"))
+
+
+def test_a_world_is_saved_while_a_robot_stands_in_an_open_doorway():
+    scene = replace(ROOM, zones=(replace(PLATE, is_on=True, stays=True),), boxes=(DOOR,))
+    world = World(replace(scene, starts=(Pose(0.6, 0.3),)))
+    assert loaded(world).snapshot() == world.snapshot()
+
+
+def test_a_puck_that_is_away_is_saved_in_its_field_while_robots_stand_where_it_began():
+    scene = replace(
+        ROOM, zones=(FIELD,), cylinders=(replace(BACK, after=60.0), replace(BACK, y=0.25, name="", after=60))
+    )
+    world = driven(scene, 1)
+    first, second = loaded(world).snapshot().cylinders
+    assert all(FIELD.x - 0.05 <= puck.x <= FIELD.x + 0.05 for puck in (first, second))
+    assert first.distance(second.x, second.y) > second.radius
+    world.move_robot(0, Pose(0.9, 0.5))
+    assert loaded(world).snapshot().cylinders == scene.cylinders
+
+
+def test_a_world_is_saved_whose_key_was_collected_for_good():
+    world = driven(replace(ROOM, zones=(replace(PLATE, by="disc"),), cylinders=(FOOD,)), 2)
+    again = loaded(world)
+    again.run(1)
+    assert (again.snapshot().cylinders, again.zones) == ((), (replace(PLATE, by=""),))
+    assert again.zones_of(0) == ("plate",)
 
 
 @pytest.mark.parametrize(

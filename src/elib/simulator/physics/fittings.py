@@ -227,7 +227,8 @@ class Zone:
         points: The corners of a polygon, or the course of a stripe, m.
         band: The width of a stripe, m, 0..1000; 0 for a polygon.
         file: A PNG or JPEG file, absolute, or relative to the folder of the world's file: its dark parts are the zone.
-        by: What switches it on while it is inside: `robots`, or the name of a box or cylinder that can be pushed.
+        by: What switches it on while it is inside: `robots`, the name of a box or cylinder that can be pushed, or
+            nothing if it is empty.
         stays: Whether it stays on when that has left.
         is_on: Whether it is on at the start.
         energy: What each robot inside gets of its whole energy, 1/s, -100..100; below 0 it loses that.
@@ -247,7 +248,7 @@ class Zone:
     points: Area = ()
     band: Annotated[float, Number(0, 1000, "m")] = 0.0
     file: Annotated[str, Text(4096, example='"zone.png"', otherwise="none")] = ""
-    by: Annotated[str, Text(example='"robots"')] = ROBOTS
+    by: Annotated[str, Text(shortest=0, example='"robots"')] = ROBOTS
     stays: bool = False
     is_on: bool = False
     energy: Flow = 0.0
