@@ -14,6 +14,7 @@ from elib.base.body import SENSOR_RADIUS
 from elib.base.errors import ArgumentError
 from elib.maps.grid import KNOWN, rectangles
 from elib.simulator.physics import Box, Cylinder, Scene, Wall
+from elib.simulator.physics.geometry import Polygon
 from elib.testing import simulation_of
 
 NOTHING = [math.inf] * 8
@@ -77,13 +78,14 @@ def test_a_robot_draws_the_wall_that_it_drives_along() -> None:
         assert grid.is_free(x, 0.03)
 
 
-def test_a_world_as_a_map_has_its_walls_boxes_and_cylinders() -> None:
+def test_a_world_as_a_map_has_its_walls_boxes_cylinders_and_polygons() -> None:
     scene = Scene(
         1.0,
         0.6,
         walls=(Wall(0.2, 0.1, 0.5, 0.4),),
         boxes=(Box(0.7, 0.3, 0.1, 0.04, angle=math.pi / 2),),
         cylinders=(Cylinder(0.2, 0.5, 0.03),),
+        polygons=(Polygon(((0.6, 0.45), (0.9, 0.45), (0.9, 0.55), (0.75, 0.48), (0.6, 0.55))),),
     )
     for world in (scene, elib.World(scene)):
         grid = elib.Grid.of_world(world)
@@ -92,6 +94,10 @@ def test_a_world_as_a_map_has_its_walls_boxes_and_cylinders() -> None:
             assert grid.is_occupied(x, y), (x, y)
         for x, y in ((0.1, 0.1), (0.35, 0.3), (0.74, 0.3), (0.2, 0.45)):
             assert grid.is_free(x, y), (x, y)
+        for x, y in np.ndindex(101, 61):  # the inside of a polygon is not free, its dents are
+            is_inside = scene.polygons[0].distance(x / 100, y / 100) < 0
+            assert not is_inside or grid.is_occupied(x / 100, y / 100), (x, y)
+        assert grid.is_free(0.75, 0.52)
     assert elib.Grid.of_world("maze", 0.02).odds.shape == (71, 71)
 
 

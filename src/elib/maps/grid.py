@@ -226,7 +226,7 @@ class Grid:
 
     @classmethod
     def of_world(cls, world: Any, cell: float = 0.01) -> Grid:
-        """Return the map of a world of the simulator: its walls, boxes and cylinders as they stand at the beginning.
+        """Return the map of a world of the simulator: what stands in it at the beginning.
 
         Args:
             world: Its name, the path of its file, an ``elib.Scene`` or an ``elib.World``.
@@ -257,6 +257,13 @@ class Grid:
             wide = abs((x - box.x) * along + (y - box.y) * across) <= box.width / 2
             deep = abs((y - box.y) * along - (x - box.x) * across) <= box.depth / 2
             grid.odds[wide & deep] = MAX_ODDS
+        for polygon in scene.polygons:
+            is_inside = np.zeros(x.shape, bool)
+            for side in polygon.sides:  # a place is inside if it has an odd number of sides to its right
+                rows = np.flatnonzero((side.y1 > y[:, 0]) != (side.y2 > y[:, 0]))
+                at = side.x1 + (y[rows, :1] - side.y1) / (side.y2 - side.y1) * (side.x2 - side.x1)
+                is_inside[rows] ^= x[rows] < at
+            grid.odds[is_inside] = MAX_ODDS
         for post in scene.cylinders:
             grid.fill(post.x, post.y, post.radius)
         if scene.paint:
