@@ -177,3 +177,12 @@ def test_a_pose_far_away_is_an_error_and_not_a_map_that_fills_the_memory() -> No
     grid = seeing(elib.Grid(0.002), elib.Pose(0, 0), NOTHING)
     with pytest.raises(ArgumentError, match="too large"):
         grid.add(elib.Pose(50, 50), NOTHING)
+
+
+def test_a_world_that_is_too_large_for_a_map_is_refused_with_what_helps() -> None:
+    with pytest.raises(
+        ArgumentError, match=r"a world of 25 x 20 m makes 2501 x 2001 squares: too large a map"
+    ) as caught:
+        elib.Grid.of_world(Scene(25, 20))
+    assert caught.value.hint == "larger squares make a larger map: elib.Grid.of_world(world, 0.02)"
+    assert elib.Grid.of_world(Scene(25, 20), 0.1).odds.shape == (201, 251)
