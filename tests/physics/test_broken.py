@@ -37,7 +37,7 @@ def drawn(draw):
         of = draw.choice(list(PARTS))
         numbers = tuple(draw.sample(range(len(PARTS[of])), draw.randrange(len(PARTS[of]))))
         if of in ("wheel", "clock"):
-            found.append(Defect(of, numbers, factor=draw.uniform(0.3, 1.2)))
+            found.append(Defect(of, numbers, factor=draw.uniform(0.3, 1.0)))
         elif draw.random() < 0.3:
             found.append(Defect(of, numbers, stuck=draw.uniform(0, 300), noise=draw.uniform(0, 30)))
         else:
@@ -173,6 +173,7 @@ def test_both_engines_draw_the_same_broken_robots():
         (lambda: Defect("prox"), "of is 'prox'; it must be \"proximity\" or"),
         (lambda: Defect("ground", (5,), stuck=1.0), "numbers has 5; those of ground are 0 to 4"),
         (lambda: Defect("wheel", shift=1.0), "a wheel can only be slower or faster"),
+        (lambda: Defect("wheel", factor=1.01), "the wheel's factor is 1.01; it must be a number from 0 to 1"),
         (lambda: Defect("clock", factor=9.0), "the clock's factor is 9"),
         (lambda: Randomisation(broken=0.5), "but no defect is named"),
         (lambda: Randomisation(defects=(Defect("camera", stuck=0.0),)), "no robot has one"),
