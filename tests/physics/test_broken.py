@@ -1,15 +1,19 @@
 """Broken parts of robots in the physics: one law for all, on both engines, and nothing for robots that are whole."""
 
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from world_rig import ENGINES
 
+from elib.base.body import FASTEST_2
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import Defect, Episodes, EpuckModel, Pose, Randomisation, Scene, Task, World
-from elib.simulator.physics.defects import PARTS, SENSORS
+from elib.simulator.physics.defects import FACTORS, PARTS, SENSORS
+from elib.simulator.physics.motion import MAX_TRAVEL
 from elib.simulator.physics.records import SENSORS as VIEWED
+from elib.simulator.physics.scene import MAX_STEP
 
 READ = {"accelerometer": "acceleration", "gyroscope": "rotation"}
 """Sensors that a world calls otherwise than a robot."""
@@ -149,6 +153,14 @@ def stuck_robots(task, engine="interpreted"):
         earned = episodes.step(np.full((30, task.robots, 2), 0.05))
         seen.append((episodes.readings("proximity"), earned))
     return np.array([read for read, _ in seen]), np.array([earned for _, earned in seen])
+
+
+@pytest.mark.parametrize("generation", [1, 2])
+def test_a_clock_that_is_as_fast_as_can_be_turns_no_wheel_too_far_in_the_longest_step(generation):
+    world = World(replace(ROOM, step=MAX_STEP, model=EpuckModel(generation=generation)))
+    world.set_defects(0, [Defect("clock", factor=FACTORS["clock"][1])] * 2)
+    world.set_step_rates(0, FASTEST_2, FASTEST_2)
+    assert 0.8 * MAX_TRAVEL < world.wheel_speeds(0)[0] * MAX_STEP <= MAX_TRAVEL
 
 
 def test_a_task_draws_a_broken_sensor_for_each_robot_with_the_probability_it_says():
