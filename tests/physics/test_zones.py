@@ -110,6 +110,13 @@ def test_a_closed_door_stops_a_robot_and_a_key_opens_it_that_is_pushed_into_its_
     assert happened(world, "on", "open") == [("on", "plate", None), ("open", "door", None)]
 
 
+@pytest.mark.parametrize("way", [{"slide": (5e-324, 0.0)}, {"slide": (0.0, 0.0), "swing": 5e-324}])
+def test_a_door_may_open_by_next_to_nothing(way):
+    world = World(replace(ROOM, zones=(replace(PLATE, x=0.2),), boxes=(replace(DOOR, **way),)))
+    world.run(64)
+    assert happened(world, "open") == [("open", "door", None)]
+
+
 def test_a_puck_that_comes_into_a_nest_earns_points_and_comes_back_in_its_field(engine):
     nest, field = Zone("nest", 0.6, 0.3, 0.05), Zone("field", 0.2, 0.1, width=0.2, depth=0.1)
     puck = replace(DISC, collect="nest", score=5, respawn="field", after=0.5)
@@ -275,6 +282,10 @@ def test_a_world_is_saved_whose_key_was_collected_for_good():
             r"x.toml:6: box\[0\].switch makes it a",
         ),
         ('[[cylinder]]\nposition = [0.1, 0.1]\nradius = 0.1\ncollect = "robots"', r"x.toml:6: .* makes it a puck"),
+        (
+            "[[sound]]\nposition = [0.1, 0.1]\nevery = 1e-320",
+            r"x.toml:5: sound\[0\].every is 1e-320 s; it must be 0, or",
+        ),
         ("[energy]\nstart = 1", "x.toml:3: energy.idle is missing"),
         ("[[robot]]\nposition = [0.3, 0.3]\nenergy = 50", r"x.toml:5: robot\[0\].energy is 50"),
     ],

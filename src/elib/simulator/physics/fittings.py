@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, TypeAlias
 
-from elib.base.rules import Mistake, Number, Text, check
+from elib.base.rules import Mistake, Number, Text, check, shown
 from elib.simulator.physics.geometry import (
     MAX_ARENA,
     Colour,
@@ -26,6 +26,9 @@ FLOOR_COLOUR = Colour(176, 172, 164)
 
 MAX_SQUARES = 1_000_000
 """Most fields of a checkered floor: more would be finer than the robot can see."""
+
+MIN_INTERVAL = 0.001
+"""s. A sound that begins again sooner is a tone."""
 
 Intensity = Annotated[float, Number(0, 10)]
 Volume = Annotated[float, Number(0, 4095, "counts")]
@@ -73,7 +76,8 @@ class Sound:
         volume: What a microphone that faces it reads at 0.1 m beyond the noise of the room, peak to peak, counts,
             0..4095. No loudness was ever published; the figure is uncalibrated. 0 is silent.
         frequency: The frequency of the tone, Hz, 0..8000; 0 is a noise without a tone, such as a clap.
-        every: It begins again each time after this many seconds, 0..3600; 0 for a sound that never stops.
+        every: It begins again each time after this many seconds, 0..3600: at least 0.001, or 0 for a sound that never
+            stops.
         lasts: How long it sounds each time, s, 0..3600, if it is not steady.
         name: To find it by; no two things of a world share one. Empty for none.
         switch: The zone that switches it on and off. Empty if it always sounds.
@@ -90,6 +94,8 @@ class Sound:
 
     def __post_init__(self) -> None:
         check(self, "the sound's ")
+        if 0 < self.every < MIN_INTERVAL:
+            raise Mistake(f"is {shown(self.every)} s; it must be 0, or from {MIN_INTERVAL} to 3600 s", path=("every",))
 
 
 @dataclass(frozen=True, slots=True)
