@@ -233,6 +233,19 @@ def test_a_world_is_saved_while_a_robot_stands_in_an_open_doorway():
     assert loaded(world).snapshot() == world.snapshot()
 
 
+def test_a_world_is_saved_while_a_door_waits_for_a_robot_in_its_way():
+    world = World(replace(ROOM, zones=(replace(PLATE, x=0.2),), boxes=(DOOR,)))
+    world.run(64)
+    world.move_robot(0, Pose(0.6, 0.3))
+    world.run(64)
+    again = loaded(world)
+    for each in (world, again):
+        each.run(64)
+    assert again.snapshot().zones == world.snapshot().zones == (replace(PLATE, x=0.2),)
+    assert again.snapshot().boxes == world.snapshot().boxes != (DOOR,)
+    assert again.pose(0) == world.pose(0) == Pose(0.6, 0.3)
+
+
 def test_a_puck_that_is_away_is_saved_in_its_field_while_robots_stand_where_it_began():
     scene = replace(
         ROOM, zones=(FIELD,), cylinders=(replace(BACK, after=60.0), replace(BACK, y=0.25, name="", after=60))

@@ -273,8 +273,16 @@ class ReadableWorld:
             elif post.respawn:
                 posts.append(self._back(post, int(things[thing].respawn), posts))
         there = {ROBOTS, *(box.name for box in state.boxes), *(post.name for post in posts)}
+        robots = [(here.x, here.y, here.radius) for here in state.world.robots]
+        doors = [box for box in state.boxes if box.switch]
+        in_the_way = {door.switch for door in doors if any(door.distance(x, y) < room for x, y, room in robots)}
+        zones = []
+        for zone in self.zones:
+            # A door that waits for a robot begins open, and waits again from the first tick on.
+            waits = zone.name in in_the_way and bool(zone.outline) and not zone.stays
+            zones.append(replace(zone, is_on=zone.is_on or waits, by=zone.by if zone.by in there else ""))
         return {
-            "zones": tuple(zone if zone.by in there else replace(zone, by="") for zone in self.zones),
+            "zones": tuple(zones),
             "boxes": tuple(box if box.switch else state.box(k) for k, box in enumerate(state.boxes)),
             "cylinders": tuple(posts),
             "lights": tuple(state.lights),
