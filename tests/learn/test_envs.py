@@ -303,9 +303,20 @@ def test_a_vector_environment_has_a_picture_of_every_world() -> None:
 # -- names of environments --
 
 
-def test_every_task_that_comes_with_elib_is_registered() -> None:
-    names = {name for name in gymnasium.registry if name.startswith("elib/")}
-    assert names == {f"elib/{task.title().replace('-', '')}-v0" for task in all_tasks()}
+def names_of_environments() -> set[str]:
+    return {name for name in gymnasium.registry if name.startswith("elib/")}
+
+
+def test_every_task_of_one_robot_that_comes_with_elib_is_registered_and_no_other() -> None:
+    alone = {name for name, task in all_tasks().items() if task.robots == 1}
+    assert names_of_environments() == {f"elib/{name.title().replace('-', '')}-v0" for name in alone}
+    assert {gymnasium.spec(name).kwargs["task"] for name in names_of_environments()} == alone
+
+
+@pytest.mark.long
+def test_every_registered_environment_can_be_made() -> None:
+    for name in names_of_environments():
+        gymnasium.make(name, engine="interpreted").close()
 
 
 @pytest.mark.long

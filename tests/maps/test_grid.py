@@ -14,6 +14,7 @@ from elib.base.body import SENSOR_RADIUS
 from elib.base.errors import ArgumentError
 from elib.maps.grid import KNOWN, rectangles
 from elib.simulator.physics import Box, Cylinder, Scene, Wall
+from elib.simulator.physics.geometry import Polygon
 from elib.testing import simulation_of
 
 NOTHING = [math.inf] * 8
@@ -77,13 +78,14 @@ def test_a_robot_draws_the_wall_that_it_drives_along() -> None:
         assert grid.is_free(x, 0.03)
 
 
-def test_a_world_as_a_map_has_its_walls_boxes_and_cylinders() -> None:
+def test_a_world_as_a_map_has_its_walls_boxes_cylinders_and_polygons() -> None:
     scene = Scene(
         1.0,
         0.6,
         walls=(Wall(0.2, 0.1, 0.5, 0.4),),
         boxes=(Box(0.7, 0.3, 0.1, 0.04, angle=math.pi / 2),),
         cylinders=(Cylinder(0.2, 0.5, 0.03),),
+        polygons=(Polygon(((0.6, 0.45), (0.9, 0.45), (0.9, 0.55), (0.75, 0.48), (0.6, 0.55))),),
     )
     for world in (scene, elib.World(scene)):
         grid = elib.Grid.of_world(world)
@@ -92,6 +94,10 @@ def test_a_world_as_a_map_has_its_walls_boxes_and_cylinders() -> None:
             assert grid.is_occupied(x, y), (x, y)
         for x, y in ((0.1, 0.1), (0.35, 0.3), (0.74, 0.3), (0.2, 0.45)):
             assert grid.is_free(x, y), (x, y)
+        for x, y in np.ndindex(101, 61):  # the inside of a polygon is not free, its dents are
+            is_inside = scene.polygons[0].distance(x / 100, y / 100) < 0
+            assert not is_inside or grid.is_occupied(x / 100, y / 100), (x, y)
+        assert grid.is_free(0.75, 0.52)
     assert elib.Grid.of_world("maze", 0.02).odds.shape == (71, 71)
 
 
@@ -171,3 +177,12 @@ def test_a_pose_far_away_is_an_error_and_not_a_map_that_fills_the_memory() -> No
     grid = seeing(elib.Grid(0.002), elib.Pose(0, 0), NOTHING)
     with pytest.raises(ArgumentError, match="too large"):
         grid.add(elib.Pose(50, 50), NOTHING)
+
+
+def test_a_world_that_is_too_large_for_a_map_is_refused_with_what_helps() -> None:
+    with pytest.raises(
+        ArgumentError, match=r"a world of 25 x 20 m makes 2501 x 2001 squares: too large a map"
+    ) as caught:
+        elib.Grid.of_world(Scene(25, 20))
+    assert caught.value.hint == "larger squares make a larger map: elib.Grid.of_world(world, 0.02)"
+    assert elib.Grid.of_world(Scene(25, 20), 0.1).odds.shape == (201, 251)

@@ -1,15 +1,19 @@
 """Broken parts of robots in the physics: one law for all, on both engines, and nothing for robots that are whole."""
 
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from world_rig import ENGINES
 
+from elib.base.body import FASTEST_2
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import Defect, Episodes, EpuckModel, Pose, Randomisation, Scene, Task, World
-from elib.simulator.physics.defects import PARTS, SENSORS
+from elib.simulator.physics.defects import FACTORS, PARTS, SENSORS
+from elib.simulator.physics.motion import MAX_TRAVEL
 from elib.simulator.physics.records import SENSORS as VIEWED
+from elib.simulator.physics.scene import MAX_STEP
 
 READ = {"accelerometer": "acceleration", "gyroscope": "rotation"}
 """Sensors that a world calls otherwise than a robot."""
@@ -37,7 +41,7 @@ def drawn(draw):
         of = draw.choice(list(PARTS))
         numbers = tuple(draw.sample(range(len(PARTS[of])), draw.randrange(len(PARTS[of]))))
         if of in ("wheel", "clock"):
-            found.append(Defect(of, numbers, factor=draw.uniform(0.3, 1.2)))
+            found.append(Defect(of, numbers, factor=draw.uniform(0.3, 1.0)))
         elif draw.random() < 0.3:
             found.append(Defect(of, numbers, stuck=draw.uniform(0, 300), noise=draw.uniform(0, 30)))
         else:
@@ -151,6 +155,14 @@ def stuck_robots(task, engine="interpreted"):
     return np.array([read for read, _ in seen]), np.array([earned for _, earned in seen])
 
 
+@pytest.mark.parametrize("generation", [1, 2])
+def test_a_clock_that_is_as_fast_as_can_be_turns_no_wheel_too_far_in_the_longest_step(generation):
+    world = World(replace(ROOM, step=MAX_STEP, model=EpuckModel(generation=generation)))
+    world.set_defects(0, [Defect("clock", factor=FACTORS["clock"][1])] * 2)
+    world.set_step_rates(0, FASTEST_2, FASTEST_2)
+    assert 0.8 * MAX_TRAVEL < world.wheel_speeds(0)[0] * MAX_STEP <= MAX_TRAVEL
+
+
 def test_a_task_draws_a_broken_sensor_for_each_robot_with_the_probability_it_says():
     one_each = tuple(Defect("proximity", (s,), stuck=4000.0) for s in range(8))
     read, _ = stuck_robots(of_task(0.25, *one_each))
@@ -173,6 +185,7 @@ def test_both_engines_draw_the_same_broken_robots():
         (lambda: Defect("prox"), "of is 'prox'; it must be \"proximity\" or"),
         (lambda: Defect("ground", (5,), stuck=1.0), "numbers has 5; those of ground are 0 to 4"),
         (lambda: Defect("wheel", shift=1.0), "a wheel can only be slower or faster"),
+        (lambda: Defect("wheel", factor=1.01), "the wheel's factor is 1.01; it must be a number from 0 to 1"),
         (lambda: Defect("clock", factor=9.0), "the clock's factor is 9"),
         (lambda: Randomisation(broken=0.5), "but no defect is named"),
         (lambda: Randomisation(defects=(Defect("camera", stuck=0.0),)), "no robot has one"),

@@ -251,3 +251,13 @@ def test_the_folder_of_compiled_code_covers_the_kernels_and_the_versions_of_numb
     (kernels / "noise.py").write_text((kernels / "noise.py").read_text() + "\n")
     assert digest() not in digests
     assert len(digests) == 3
+
+
+def test_the_folder_of_compiled_code_covers_the_measures_of_the_robot(monkeypatch, tmp_path):
+    digest = engine._source_digest.__wrapped__
+    before = digest()
+    base = shutil.copytree(os.path.dirname(engine.body.__file__), tmp_path / "base")
+    monkeypatch.setattr(engine.body, "__file__", str(base / "body.py"))
+    assert digest() == before
+    (base / "infrared.py").write_text((base / "infrared.py").read_text() + "\n")
+    assert digest() != before

@@ -12,6 +12,7 @@ from world_rig import IDEAL, ray_lengths
 
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import Box, Cylinder, Light, Pose, Scene, Sound, Wall, World
+from elib.simulator.physics.fittings import Zone
 from lanes import short
 
 SCENE = Scene(
@@ -266,3 +267,33 @@ def test_a_moment_of_another_world_is_refused_and_changes_nothing(world):
     with pytest.raises(ArgumentError, match="a moment of another world"):
         other.go_back(world.moment())
     assert other.hash() == before
+
+
+CRATE = replace(SCENE.boxes[1], name="crate")
+KEYED = replace(SCENE, boxes=(CRATE,), zones=(Zone("plate", 0.9, 0.6, 0.05, by="crate"),))
+
+
+def test_a_world_goes_back_whose_zone_is_switched_by_a_box():
+    world = World(KEYED)
+    then = world.moment()
+    world.move_box(0, Pose(0.9, 0.6))
+    world.go_back(then)
+    assert world.snapshot().boxes == (CRATE,)
+
+
+DOOR = Box(0.7, 0.6, 0.1, 0.1, switch="nope", slide=(0.1, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("scene", "act", "what"),
+    [
+        (KEYED, lambda world: world.remove_box(0), r"box 0 \(crate\) stays: it switches the zone plate"),
+        (KEYED, lambda world: world.add_box(DOOR), r'box\[1\].switch is "nope", which is no zone of this world'),
+        (SCENE, lambda world: world.add_box(DOOR), r'box\[2\].switch is "nope", which is no zone of this world'),
+    ],
+)
+def test_a_box_that_its_zone_needs_or_that_lacks_one_is_refused_and_changes_nothing(scene, act, what):
+    world = World(scene)
+    with pytest.raises(ArgumentError, match=what):
+        act(world)
+    assert (world.snapshot(), world.scene) == (World(scene).snapshot(), scene)

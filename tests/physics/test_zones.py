@@ -12,6 +12,7 @@ from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.simulation import as_scene
 from elib.simulator.physics import Box, Colour, Cylinder, Episodes, EpuckModel, Light, Pose, Scene, Sound, Task, World
 from elib.simulator.physics.fittings import Energy, Zone
+from elib.simulator.physics.geometry import Polygon
 from elib.simulator.worlds.files import parse
 from elib.simulator.worlds.writer import written_scene
 
@@ -109,6 +110,13 @@ def test_a_closed_door_stops_a_robot_and_a_key_opens_it_that_is_pushed_into_its_
     assert happened(world, "on", "open") == [("on", "plate", None), ("open", "door", None)]
 
 
+@pytest.mark.parametrize("way", [{"slide": (5e-324, 0.0)}, {"slide": (0.0, 0.0), "swing": 5e-324}])
+def test_a_door_may_open_by_next_to_nothing(way):
+    world = World(replace(ROOM, zones=(replace(PLATE, x=0.2),), boxes=(replace(DOOR, **way),)))
+    world.run(64)
+    assert happened(world, "open") == [("open", "door", None)]
+
+
 def test_a_puck_that_comes_into_a_nest_earns_points_and_comes_back_in_its_field(engine):
     nest, field = Zone("nest", 0.6, 0.3, 0.05), Zone("field", 0.2, 0.1, width=0.2, depth=0.1)
     puck = replace(DISC, collect="nest", score=5, respawn="field", after=0.5)
@@ -122,14 +130,46 @@ def test_a_puck_that_comes_into_a_nest_earns_points_and_comes_back_in_its_field(
     assert 0.05 < found.y < 0.15
 
 
+BLOCK = Box(0.7, 0.3, 0.2, 0.2)
+FIELD = Zone("field", 0.7, 0.3, width=0.1, depth=0.1)
+FOOD = replace(DISC, collect="robots")
+BACK = replace(FOOD, respawn="field")
+
+
+@pytest.mark.parametrize("block", [{"boxes": (BLOCK,)}, {"polygons": (Polygon(BLOCK.corners),)}])
+def test_a_puck_does_not_come_back_inside_of_a_fixed_block(block):
+    world = driven(replace(ROOM, zones=(FIELD,), cylinders=(BACK,), **block), 1.5)
+    assert happened(world, "collect", "respawn") == [("collect", "disc", 0)]
+
+
+def test_a_puck_comes_back_where_a_fixed_block_stood_before():
+    world = driven(replace(ROOM, zones=(FIELD,), cylinders=(BACK,), boxes=(BLOCK,)), 1.5)
+    world.move_box(0, Pose(0.7, 0.5))
+    world.run(1)
+    assert happened(world, "collect", "respawn") == [("collect", "disc", 0), ("respawn", "disc", None)]
+
+
 def test_food_is_eaten_by_touch_and_gone_for_good():
-    food = replace(DISC, collect="robots", energy=0.25)
-    scene = replace(ROOM, cylinders=(food,), energy=Energy(0.0, start=0.5))
+    scene = replace(ROOM, cylinders=(replace(FOOD, energy=0.25),), energy=Energy(0.0, start=0.5))
     world = driven(scene, 4)
     assert happened(world) == [("collect", "disc", 0)]
     assert world.energy(0) == 0.75
     assert not world.touching(0)
     assert as_scene(world).cylinders == ()
+
+
+def test_events_name_what_they_were_about_whatever_comes_and_goes_after_them():
+    world = driven(replace(ROOM, zones=(replace(PLATE, x=0.2),), boxes=(DOOR,), cylinders=(FOOD,)), 1.5)
+    then, before = world.moment(), world.events
+    assert {each.what for each in before} == {"plate", "door", "disc"}
+    world.add_box(Box(0.9, 0.1, 0.1, 0.1, is_pushable=True, name="crate"))
+    world.remove_box(0)
+    assert world.events == before
+    world.go_back(then)
+    world.run(1)
+    assert world.events[: len(before)] == before
+    world.reset()
+    assert world.events == ()
 
 
 def test_lamps_and_sounds_follow_their_zone():
@@ -174,13 +214,56 @@ def test_a_world_goes_back_to_what_zones_doors_and_energies_were_and_is_saved_as
     driven(scene, 2, world=world)
     saved = as_scene(world)
     assert (saved.zones[0].is_on, saved.boxes, saved.energies) == (True, scene.boxes, (world.energy(0),))
-    again = World(parse(written_scene(saved).encode(), "world.toml"))
-    assert again.snapshot().boxes[0].y == pytest.approx(world.snapshot().boxes[0].y)
+    assert loaded(world).snapshot().boxes[0].y == pytest.approx(world.snapshot().boxes[0].y)
     world.go_back(then)
     assert (world.zones[0].is_on, world.snapshot().boxes[0].y) == (False, 0.3)
     assert world.energy(0) == pytest.approx(1 - 0.05, abs=0.002)
     world.reset()
     assert driven(scene, 1, world=world).hash() == before
+
+
+def loaded(world):
+    """Return a world that begins with what is saved of one."""
+    return World(parse(written_scene(as_scene(world)).encode(), "world.toml"))
+
+
+def test_a_world_is_saved_while_a_robot_stands_in_an_open_doorway():
+    scene = replace(ROOM, zones=(replace(PLATE, is_on=True, stays=True),), boxes=(DOOR,))
+    world = World(replace(scene, starts=(Pose(0.6, 0.3),)))
+    assert loaded(world).snapshot() == world.snapshot()
+
+
+def test_a_world_is_saved_while_a_door_waits_for_a_robot_in_its_way():
+    world = World(replace(ROOM, zones=(replace(PLATE, x=0.2),), boxes=(DOOR,)))
+    world.run(64)
+    world.move_robot(0, Pose(0.6, 0.3))
+    world.run(64)
+    again = loaded(world)
+    for each in (world, again):
+        each.run(64)
+    assert again.snapshot().zones == world.snapshot().zones == (replace(PLATE, x=0.2),)
+    assert again.snapshot().boxes == world.snapshot().boxes != (DOOR,)
+    assert again.pose(0) == world.pose(0) == Pose(0.6, 0.3)
+
+
+def test_a_puck_that_is_away_is_saved_in_its_field_while_robots_stand_where_it_began():
+    scene = replace(
+        ROOM, zones=(FIELD,), cylinders=(replace(BACK, after=60.0), replace(BACK, y=0.25, name="", after=60))
+    )
+    world = driven(scene, 1)
+    first, second = loaded(world).snapshot().cylinders
+    assert all(FIELD.x - 0.05 <= puck.x <= FIELD.x + 0.05 for puck in (first, second))
+    assert first.distance(second.x, second.y) > second.radius
+    world.move_robot(0, Pose(0.9, 0.5))
+    assert loaded(world).snapshot().cylinders == scene.cylinders
+
+
+def test_a_world_is_saved_whose_key_was_collected_for_good():
+    world = driven(replace(ROOM, zones=(replace(PLATE, by="disc"),), cylinders=(FOOD,)), 2)
+    again = loaded(world)
+    again.run(1)
+    assert (again.snapshot().cylinders, again.zones) == ((), (replace(PLATE, by=""),))
+    assert again.zones_of(0) == ("plate",)
 
 
 @pytest.mark.parametrize(
@@ -212,6 +295,10 @@ def test_a_world_goes_back_to_what_zones_doors_and_energies_were_and_is_saved_as
             r"x.toml:6: box\[0\].switch makes it a",
         ),
         ('[[cylinder]]\nposition = [0.1, 0.1]\nradius = 0.1\ncollect = "robots"', r"x.toml:6: .* makes it a puck"),
+        (
+            "[[sound]]\nposition = [0.1, 0.1]\nevery = 1e-320",
+            r"x.toml:5: sound\[0\].every is 1e-320 s; it must be 0, or",
+        ),
         ("[energy]\nstart = 1", "x.toml:3: energy.idle is missing"),
         ("[[robot]]\nposition = [0.3, 0.3]\nenergy = 50", r"x.toml:5: robot\[0\].energy is 50"),
     ],

@@ -367,13 +367,14 @@ class Text(Rule):
     """A text on one line."""
 
     longest: int = MAX_TEXT  # characters at most
+    shortest: int = field(default=1, kw_only=True)  # characters at least
 
     def __str__(self) -> str:
-        return f"a text of 1 to {self.longest} characters on one line"
+        return f"a text of {self.shortest} to {self.longest} characters on one line"
 
     def accept(self, value: object) -> str:
         """Return *value*."""
-        if isinstance(value, str) and 0 < len(value) <= self.longest and value.isprintable():
+        if isinstance(value, str) and self.shortest <= len(value) <= self.longest and value.isprintable():
             return str(value)
         raise self.refuse(value)
 

@@ -15,6 +15,9 @@ from elib.base.errors import ArgumentError, ElibError
 from elib.base.rules import nearest
 from elib.simulator.physics.task import Task
 
+TEAMS = "aggregation", "box_pushing", "dispersion", "foraging", "soccer"
+"""Tasks of several robots, by their files: an environment of Gymnasium has one."""
+
 
 @cache
 def all_tasks() -> dict[str, Task]:
@@ -27,13 +30,15 @@ def all_tasks() -> dict[str, Task]:
 
 
 def register() -> None:
-    """Register with Gymnasium an environment for each task that comes with elib: ``elib/Avoid-v0``. Safe to repeat.
+    """Register with Gymnasium an environment for each task of one robot that comes with elib: ``elib/Avoid-v0``.
 
-    The tasks themselves are not imported before they are used.
+    Safe to repeat. The tasks themselves are not imported before they are used.
     """
     import gymnasium
 
     for module in pkgutil.iter_modules(shipped.__path__):
+        if module.name in TEAMS:
+            continue
         name = f"elib/{module.name.title().replace('_', '')}-v0"
         if name not in gymnasium.registry:
             gymnasium.register(

@@ -212,11 +212,11 @@ class Grid:
         ]
         if not any(before + after):
             return
-        if (rows + before[0] + after[0]) * (columns + before[1] + after[1]) > MAX_CELLS:
-            raise ArgumentError(
-                f"the map would reach from ({left:.2f}, {bottom:.2f}) to ({right:.2f}, {top:.2f}) m: too large",
-                hint="is the pose right? Larger squares make a larger map: elib.Grid(0.02)",
-            )
+        _check_size(
+            f"a way from ({left:.2f}, {bottom:.2f}) to ({right:.2f}, {top:.2f}) m",
+            (columns + before[1] + after[1], rows + before[0] + after[0]),
+            "is the pose right? Larger squares make a larger map: elib.Grid(0.02)",
+        )
         self.dark = None
         self.odds = np.pad(self.odds, ((before[0], after[0]), (before[1], after[1])))
         self.x -= before[1] * self.cell
@@ -226,11 +226,14 @@ class Grid:
 
     @classmethod
     def of_world(cls, world: Any, cell: float = 0.01) -> Grid:
-        """Return the map of a world of the simulator: its walls, boxes and cylinders as they stand at the beginning.
+        """Return the map of a world of the simulator: what stands in it at the beginning.
 
         Args:
             world: Its name, the path of its file, an ``elib.Scene`` or an ``elib.World``.
             cell: The side of a square, m.
+
+        Raises:
+            ArgumentError: The map would have more than 4,000,000 squares.
 
         Example:
             >>> elib.Grid.of_world("maze").odds.shape
@@ -240,9 +243,13 @@ class Grid:
             world = importlib.import_module("elib.simulator.physics.scene").Scene.load(world)
         scene = getattr(world, "scene", world)
         grid = cls(cell)
-        grid.odds = np.full(
-            (round(scene.depth / grid.cell) + 1, round(scene.width / grid.cell) + 1), -MAX_ODDS, np.float32
+        columns, rows = round(scene.width / grid.cell) + 1, round(scene.depth / grid.cell) + 1
+        _check_size(
+            f"a world of {scene.width:g} x {scene.depth:g} m",
+            (columns, rows),
+            "larger squares make a larger map: elib.Grid.of_world(world, 0.02)",
         )
+        grid.odds = np.full((rows, columns), -MAX_ODDS, np.float32)
         x, y = np.meshgrid(*(np.arange(size) * grid.cell for size in grid.odds.shape[::-1]))
         for wall in (*scene.edge, *scene.surfaces):
             count = math.ceil(4 * math.hypot(wall.x2 - wall.x1, wall.y2 - wall.y1) / grid.cell) + 1
@@ -257,6 +264,13 @@ class Grid:
             wide = abs((x - box.x) * along + (y - box.y) * across) <= box.width / 2
             deep = abs((y - box.y) * along - (x - box.x) * across) <= box.depth / 2
             grid.odds[wide & deep] = MAX_ODDS
+        for polygon in scene.polygons:
+            is_inside = np.zeros(x.shape, bool)
+            for side in polygon.sides:  # a place is inside if it has an odd number of sides to its right
+                rows = np.flatnonzero((side.y1 > y[:, 0]) != (side.y2 > y[:, 0]))
+                at = side.x1 + (y[rows, :1] - side.y1) / (side.y2 - side.y1) * (side.x2 - side.x1)
+                is_inside[rows] ^= x[rows] < at
+            grid.odds[is_inside] = MAX_ODDS
         for post in scene.cylinders:
             grid.fill(post.x, post.y, post.radius)
         if scene.paint:
@@ -320,8 +334,7 @@ class Grid:
         grid = cls(cell)
         try:
             with Image.open(io.BytesIO(content)) as picture:
-                if picture.width * picture.height > MAX_CELLS:
-                    raise ArgumentError(f"{path} has {picture.width} x {picture.height} squares: too many")
+                _check_size(f"{path}", picture.size, "make the picture smaller, and cell larger")
                 if np.ptp(np.asarray(picture.convert("RGB"), int), axis=2).max() > COLOURED:
                     raise ArgumentError(f"{path} has colours", hint="white is free, black occupied, grey unknown")
                 grey = np.asarray(picture.convert("L"), float)[::-1]
@@ -381,6 +394,12 @@ class Grid:
         rows, columns = self.odds.shape
         known = f"{int(self.occupied.sum())} occupied, {int(self.free.sum())} free"
         return f"<Grid of {columns} x {rows} squares of {self.cell:g} m: {known}>"
+
+
+def _check_size(what: str, size: tuple[int, int], hint: str) -> None:
+    """Raise ArgumentError if a map of so many columns and rows is too large."""
+    if size[0] * size[1] > MAX_CELLS:
+        raise ArgumentError(f"{what} makes {size[0]} x {size[1]} squares: too large a map", hint=hint)
 
 
 def check_grid(map: object) -> None:  # noqa: A002

@@ -17,7 +17,7 @@ from elib.base.rules import Choice, Number, Several, Whole, check
 from elib.base.tables import Key
 from elib.simulator.emulator.faults import Fault, both
 from elib.simulator.emulator.link import Link
-from elib.simulator.physics.defects import MAX_CLOCK, MIN_CLOCK, SENSORS, Defect
+from elib.simulator.physics.defects import FACTORS, SENSORS, Defect
 
 MAX_TIME = 1e6
 """s; more than eleven days, longer than any script."""
@@ -598,7 +598,7 @@ class SensorDefect(DefectKind):
 class WheelDefect(DefectKind):
     """A wheel rolls less than its motor turns it. The step counters do not notice."""
 
-    keys = (Strength(0, 100, "", "factor", "how much of its way it rolls; 0 if it is loose"),)
+    keys = (Strength(*FACTORS["wheel"], "", "factor", "how much of its way it rolls; 0 if it is loose"),)
     names = (Key("wheel", Choice(WHEELS, example='"left"', otherwise="both"), ("wheel",), ((),)),)
 
 
@@ -611,7 +611,7 @@ class CameraDefect(DefectKind):
 class ClockDefect(DefectKind):
     """The robot's clock goes wrong: its motors turn, and its firmware works, so much faster or slower."""
 
-    keys = (Strength(MIN_CLOCK, MAX_CLOCK, "", "factor", "how fast it goes"),)
+    keys = (Strength(*FACTORS["clock"], "", "factor", "how fast it goes"),)
 
 
 KINDS: Mapping[str, type[Kind]] = MappingProxyType(

@@ -465,7 +465,6 @@ def as_scene(world: World) -> Scene:
     scene = replace(
         scene,
         **world.laid_out(),
-        zones=now.zones,
         energies=tuple(robot.energy for robot in now.robots) if scene.energy else (),
         model=replace(scene.model, ambient=world.ambient),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -74,7 +75,7 @@ def thing_record(thing: Box | Cylinder, scene: Scene, first: int = 0) -> records
             made.hinge_x = thing.x - made.arm * made.heading_x
             made.hinge_y = thing.y - made.arm * made.heading_y
             way = math.hypot(*thing.slide) + 2 * abs(thing.swing) * made.reach
-            made.pace = min(1 / thing.takes, FASTEST / (scene.step * way))
+            made.pace = min(1 / thing.takes, FASTEST / max(scene.step * way, sys.float_info.min))
             place_door(made)
     made.before_x, made.before_y = made.x, made.y
     made.before_heading_x, made.before_heading_y = made.heading_x, made.heading_y

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Final
 
 from elib.base.errors import ArgumentError
 from elib.base.rules import Choice, Mistake, Number, check, shown
@@ -36,8 +36,11 @@ _PLACES = pairwise((0, 8, 16, 21, 25, 26, 29, 32, 35, 36, 38, 39))
 PARTS = {name: range(*ends) for name, ends in zip((*SENSORS, "camera", "wheel", "clock"), _PLACES, strict=True)}
 """All that can break, and where its numbers are."""
 
-MIN_CLOCK, MAX_CLOCK = 0.1, 2.0
-"""How slow and how fast a broken clock goes at most: no motor then turns a wheel too far in a tick."""
+MAX_CLOCK: Final = 1.3
+"""How fast clocks go at most, however many are broken: no motor then turns a wheel too far in the longest tick."""
+
+FACTORS = {"wheel": (0.0, 1.0), "clock": (0.1, MAX_CLOCK)}
+"""The factors of what can only be slower or faster."""
 
 Factor = Annotated[float, Number(0, 100)]
 Amount = Annotated[float, Number(-1e5, 1e5)]
@@ -76,10 +79,10 @@ class Defect:
         for number in self.numbers:
             if number not in there:
                 raise Mistake(f"has {shown(number)}; those of {self.of} are 0 to {there[-1]}", path=("numbers",))
-        if self.of in ("wheel", "clock") and (self.shift, self.noise, self.stuck) != (0.0, 0.0, None):
-            raise ArgumentError(f"a {self.of} can only be slower or faster", hint="give a factor alone, such as 0.5")
-        if self.of == "clock":
-            Number(MIN_CLOCK, MAX_CLOCK).require(self.factor, "factor", "the clock's ")
+        if self.of in FACTORS:
+            if (self.shift, self.noise, self.stuck) != (0.0, 0.0, None):
+                raise ArgumentError(f"a {self.of} can only be slower or faster", hint="give only a factor, such as 0.5")
+            Number(*FACTORS[self.of]).require(self.factor, "factor", f"the {self.of}'s ")
 
     @property
     def row(self) -> tuple[float, float, float, float]:
@@ -138,4 +141,4 @@ def left_of(robot: Robot, n: int) -> float:
 @kernel
 def pace(robot: Robot) -> float:
     """Return how fast the robot's clock goes, which times its motors: 1 if it is not broken."""
-    return left_of(robot, CLOCK_AT)
+    return min(left_of(robot, CLOCK_AT), MAX_CLOCK)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, TypeAlias
 
-from elib.base.rules import Mistake, Number, Text, check
+from elib.base.rules import Mistake, Number, Text, check, shown
 from elib.simulator.physics.geometry import (
     MAX_ARENA,
     Colour,
@@ -26,6 +26,9 @@ FLOOR_COLOUR = Colour(176, 172, 164)
 
 MAX_SQUARES = 1_000_000
 """Most fields of a checkered floor: more would be finer than the robot can see."""
+
+MIN_INTERVAL = 0.001
+"""s. A sound that begins again sooner is a tone."""
 
 Intensity = Annotated[float, Number(0, 10)]
 Volume = Annotated[float, Number(0, 4095, "counts")]
@@ -73,7 +76,8 @@ class Sound:
         volume: What a microphone that faces it reads at 0.1 m beyond the noise of the room, peak to peak, counts,
             0..4095. No loudness was ever published; the figure is uncalibrated. 0 is silent.
         frequency: The frequency of the tone, Hz, 0..8000; 0 is a noise without a tone, such as a clap.
-        every: It begins again each time after this many seconds, 0..3600; 0 for a sound that never stops.
+        every: It begins again each time after this many seconds, 0..3600: at least 0.001, or 0 for a sound that never
+            stops.
         lasts: How long it sounds each time, s, 0..3600, if it is not steady.
         name: To find it by; no two things of a world share one. Empty for none.
         switch: The zone that switches it on and off. Empty if it always sounds.
@@ -90,6 +94,8 @@ class Sound:
 
     def __post_init__(self) -> None:
         check(self, "the sound's ")
+        if 0 < self.every < MIN_INTERVAL:
+            raise Mistake(f"is {shown(self.every)} s; it must be 0, or from {MIN_INTERVAL} to 3600 s", path=("every",))
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,7 +233,8 @@ class Zone:
         points: The corners of a polygon, or the course of a stripe, m.
         band: The width of a stripe, m, 0..1000; 0 for a polygon.
         file: A PNG or JPEG file, absolute, or relative to the folder of the world's file: its dark parts are the zone.
-        by: What switches it on while it is inside: `robots`, or the name of a box or cylinder that can be pushed.
+        by: What switches it on while it is inside: `robots`, the name of a box or cylinder that can be pushed, or
+            nothing if it is empty.
         stays: Whether it stays on when that has left.
         is_on: Whether it is on at the start.
         energy: What each robot inside gets of its whole energy, 1/s, -100..100; below 0 it loses that.
@@ -247,7 +254,7 @@ class Zone:
     points: Area = ()
     band: Annotated[float, Number(0, 1000, "m")] = 0.0
     file: Annotated[str, Text(4096, example='"zone.png"', otherwise="none")] = ""
-    by: Annotated[str, Text(example='"robots"')] = ROBOTS
+    by: Annotated[str, Text(shortest=0, example='"robots"')] = ROBOTS
     stays: bool = False
     is_on: bool = False
     energy: Flow = 0.0

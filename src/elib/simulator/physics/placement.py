@@ -10,8 +10,9 @@ from itertools import product
 from elib.base.errors import SimulationError
 from elib.base.pose import Pose
 from elib.base.rules import other_unit
+from elib.simulator.physics.assembly import moved_box, thing_record
 from elib.simulator.physics.body import RADIUS
-from elib.simulator.physics.geometry import Polygon, Solid, extent
+from elib.simulator.physics.geometry import Box, Polygon, Solid, extent
 from elib.simulator.physics.noise import PLACE, numbered_key, seed_key, tick_key, uniform
 from elib.simulator.physics.scene import MAX_THINGS, Scene
 
@@ -115,6 +116,12 @@ def _free_place(scene: Scene, ground: _Ground, robot: int, count: int, seed_key:
     )
 
 
+def _at_first(box: Box, scene: Scene) -> Box:
+    """Return a box where it is at the start: a door may be open then."""
+    is_open = box.switch and scene.zones[scene.zone_number(box.switch)].is_on
+    return moved_box(box, thing_record(box, scene)) if is_open else box
+
+
 class _Ground:
     """The scene's floor, which knows where it is free. Things that can be pushed take up room like all others."""
 
@@ -129,7 +136,7 @@ class _Ground:
         self._robots_in: dict[tuple[int, int], list[int]] = {}
         solids: list[tuple[str, Solid | Polygon]] = [
             *((f"wall[{i}]", wall) for i, wall in enumerate(scene.walls)),
-            *((f"box[{i}]", box) for i, box in enumerate(scene.boxes)),
+            *((f"box[{i}]", _at_first(box, scene)) for i, box in enumerate(scene.boxes)),
             *((f"cylinder[{i}]", cylinder) for i, cylinder in enumerate(scene.cylinders)),
             *((f"polygon[{i}]", polygon) for i, polygon in enumerate(scene.polygons)),
         ]

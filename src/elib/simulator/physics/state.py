@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any, TypeVar, cast
 
+from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
 from elib.simulator.physics import assembly, profiles, records
 from elib.simulator.physics.body import EpuckModel
@@ -24,7 +25,7 @@ from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.sensors.proximity import forget
 from elib.simulator.physics.simulation import advance
 from elib.simulator.physics.spawning import spawn, stand
-from elib.simulator.physics.zones import FIRST_INK, Areas, areas_of, zone_state
+from elib.simulator.physics.zones import FIRST_INK, areas_of, open_cells, zone_state
 
 PLACE = "x", "y", "heading_x", "heading_y"
 """Where a robot or a thing stands, to the last bit, which an angle does not keep."""
@@ -98,7 +99,7 @@ class State:
             robots=engine.blank(records.Robot, count),
             views=engine.blank(records.SensorView, count),
             scratch=engine.blank(records.Scratch, lanes),
-            **_tables(engine.name, scene.model, floor, self.areas),
+            **_tables(engine.name, scene.model),
             **self._solid_rows(count),
             lamps=engine.blank(records.Lamp, 0),
             tones=engine.blank(records.Tone, 0),
@@ -197,6 +198,7 @@ class State:
             "walls": engine.records(records.Segment, solids.walls),
             "discs": engine.records(records.Disc, solids.discs),
             "things": engine.records(records.Thing, solids.things),
+            "floor": _ground(engine.name, self.floor, open_cells(self.areas, self.scene, self.boxes)),
             "cells": engine.records(records.Cell, cells),
             "heads": engine.ints([], setting.hash_columns * setting.hash_rows),
             "listings": engine.records(records.Listing, assembly.listings(solids, count, setting.horizon)),
@@ -252,17 +254,26 @@ class State:
 
     def add_box(self, box: Box) -> None:
         """Put a box into the world, the last one of its scene."""
+        scene = replace(self.scene, boxes=(*self.scene.boxes, box))  # refused before anything changes
         things = self._motions()
         if box.can_move:  # Boxes come before cylinders.
             made = assembly.thing_record(box, self.scene)
             things.insert(sum(k >= 0 for k in self.solids.box_things), _values(made, MOTION))
         self._follow_things()
         self.boxes.append(box)
-        self.scene = replace(self.scene, boxes=(*self.scene.boxes, box))
+        self.scene = scene
         self._lay_out(things)
 
     def remove_box(self, index: int) -> None:
-        """Take a box out of the world; those behind it in the scene move up."""
+        """Take a box out of the world; those behind it in the scene move up.
+
+        Raises:
+            ArgumentError: It switches a zone.
+        """
+        name = self.boxes[index].name
+        zone = next((zone.name for zone in self.scene.zones if name and zone.by == name), None)
+        if zone is not None:
+            raise ArgumentError(f"box {index} ({name}) stays: it switches the zone {zone}", hint="move it instead")
         things, gone = self._motions(), self.solids.box_things[index]
         if gone >= 0:
             del things[gone]
@@ -373,8 +384,8 @@ def _overwrite(record: object, new: Any) -> None:
 
 
 @lru_cache(maxsize=8)
-def _tables(engine_name: str, model: EpuckModel, floor: Floor, areas: Areas) -> dict[str, Any]:
-    """Return the tables that all worlds with the same sensors, floor and zones share."""
+def _tables(engine_name: str, model: EpuckModel) -> dict[str, Any]:
+    """Return the tables that all worlds with the same sensors share."""
     engine = engine_named(engine_name)
     profile = profiles.profile(model.profile)
     responses = [records.Response(*pair) for pair in zip(profile.counts, profile.deviation, strict=True)]
@@ -382,5 +393,10 @@ def _tables(engine_name: str, model: EpuckModel, floor: Floor, areas: Areas) -> 
         "tables": engine.records(records.Tables, [assembly.tables(model.generation)]),
         "fans": engine.records(records.Fan, assembly.fans(model.rays, profile)),
         "response": engine.records(records.Response, responses),
-        "floor": engine.ints([*(floor.pixels or [0]), *areas.cells]),
     }
+
+
+@lru_cache(maxsize=8)
+def _ground(engine_name: str, floor: Floor, cells: tuple[int, ...]) -> Any:
+    """Return the table that all worlds with the same floor and map of zones share."""
+    return engine_named(engine_name).ints([*(floor.pixels or [0]), *cells])

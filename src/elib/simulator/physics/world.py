@@ -11,7 +11,8 @@ import contextlib
 import copy
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import fields
+from operator import attrgetter
 from typing import Any
 
 from elib.base.body import METRES_PER_STEP, step_rate
@@ -39,6 +40,9 @@ from elib.simulator.physics.state import Moment, State
 from elib.simulator.physics.worldreading import ReadableWorld, checked
 
 WANTED = Number(unit="steps/s")
+
+_FIRM = attrgetter(*(each.name for each in fields(Scene) if each.name not in ("walls", "boxes")))
+"""What no hand changes of a scene."""
 
 
 class _Followers(list[Callable[[], object]]):
@@ -102,6 +106,7 @@ class World(ReadableWorld):
         self._lamps: dict[int, Lamps] = {}
         self._memory: Any = None
         self._memory_size = 0
+        self._told = ()
         self._followers = _Followers()
 
     @classmethod
@@ -261,7 +266,7 @@ class World(ReadableWorld):
         self._settled.clear()
         self._wheels.clear()
         self._lamps.clear()
-        self._memory, self._memory_size = None, 0
+        self._memory, self._memory_size, self._told = None, 0, ()
 
     def run_to(self, time: float) -> None:
         """Run to the last whole tick at or before *time*, s since the start. Never goes back.
@@ -415,8 +420,10 @@ class World(ReadableWorld):
         """Put another box into the world, counted behind those that are there.
 
         Raises:
-            ArgumentError: A robot is in its way, its centre leaves the arena, or the world has too many.
+            ArgumentError: A robot is in its way, its centre leaves the arena, the world has too many, or it is the door
+                of a zone that is not there.
         """
+        self._told = self.events
         self._mover.add_box(box)
         self.scene = self._state.scene
 
@@ -424,8 +431,9 @@ class World(ReadableWorld):
         """Take a box out of the world; those counted behind it move up.
 
         Raises:
-            ArgumentError: There is no such box.
+            ArgumentError: There is no such box, or it switches a zone.
         """
+        self._told = self.events
         self._state.remove_box(checked(box, len(self._state.boxes), "box"))
         self.scene = self._state.scene
 
@@ -507,9 +515,9 @@ class World(ReadableWorld):
         Raises:
             ArgumentError: It is a moment of another world.
         """
-        then, now = (replace(scene, walls=(), boxes=()) for scene in (moment.scene, self.scene))
-        if then != now or len(moment.robots) != self.robots:
+        if _FIRM(moment.scene) != _FIRM(self.scene) or len(moment.robots) != self.robots:
             raise ArgumentError("this is a moment of another world", hint="keep moment() of the world that goes back")
+        self._told = self.events
         self._state.go_back(moment)
         self.scene = moment.scene
 

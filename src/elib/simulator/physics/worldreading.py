@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
-from elib.simulator.physics.fittings import Zone
+from elib.simulator.physics.fittings import ROBOTS, Zone
 from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Colour, Cylinder
 from elib.simulator.physics.hearing import waveform
@@ -26,7 +26,7 @@ from elib.simulator.physics.senses import Senses
 from elib.simulator.physics.sensors.rotation import rocking
 from elib.simulator.physics.snapshot import Event, Lamps, RobotView, Snapshot
 from elib.simulator.physics.state import State
-from elib.simulator.physics.zones import KEPT, KINDS
+from elib.simulator.physics.zones import KEPT, KINDS, area_at, is_free
 
 if TYPE_CHECKING:
     import numpy as np
@@ -53,6 +53,7 @@ class ReadableWorld:
     _lamps: dict[int, Lamps]
     _memory: Any
     _memory_size: int
+    _told: tuple[Event, ...]  # the events until boxes last came or went: their numbers stood for other things
 
     @property
     def robots(self) -> int:
@@ -259,15 +260,31 @@ class ReadableWorld:
         return np.array([[*map(packed, lamps.ring), int(lamps.body), int(lamps.front)] for lamps in shown])
 
     def laid_out(self) -> dict[str, Any]:
-        """Return what stands in the world as parts of a scene: doors closed, pucks that are away where they began."""
+        """Return what stands in the world as parts of a scene: doors closed, pucks that are away where they began.
+
+        Where a robot stands there, a puck is where it may come back. What one that is gone for good switched, nothing
+        switches any more.
+        """
         state, things = self._state, self._state.world.things
-        found = [(k, state.solids.cylinder_things[k], post) for k, post in enumerate(state.cylinders)]
-        gone = {k for k, thing, _ in found if thing >= 0 and things[thing].back >= 0}
+        posts: list[Cylinder] = []
+        for k, (thing, post) in enumerate(zip(state.solids.cylinder_things, state.cylinders, strict=True)):
+            if thing < 0 or things[thing].back < 0:
+                posts.append(state.cylinder(k))
+            elif post.respawn:
+                posts.append(self._back(post, int(things[thing].respawn), posts))
+        there = {ROBOTS, *(box.name for box in state.boxes), *(post.name for post in posts)}
+        robots = [(here.x, here.y, here.radius) for here in state.world.robots]
+        doors = [box for box in state.boxes if box.switch]
+        in_the_way = {door.switch for door in doors if any(door.distance(x, y) < room for x, y, room in robots)}
+        zones = []
+        for zone in self.zones:
+            # A door that waits for a robot begins open, and waits again from the first tick on.
+            waits = zone.name in in_the_way and bool(zone.outline) and not zone.stays
+            zones.append(replace(zone, is_on=zone.is_on or waits, by=zone.by if zone.by in there else ""))
         return {
+            "zones": tuple(zones),
             "boxes": tuple(box if box.switch else state.box(k) for k, box in enumerate(state.boxes)),
-            "cylinders": tuple(
-                post if k in gone else state.cylinder(k) for k, _, post in found if k not in gone or post.respawn
-            ),
+            "cylinders": tuple(posts),
             "lights": tuple(state.lights),
             "sounds": tuple(state.sounds),
             "pens": tuple(
@@ -276,6 +293,18 @@ class ReadableWorld:
             if state.world.setting[0].has_pens
             else (),
         }
+
+    def _back(self, puck: Cylinder, field: int, others: Sequence[Cylinder]) -> Cylinder:
+        """Return a puck where it began; if a robot stands there, at the first free place of the zone of that number."""
+        world, areas = self._state.world, self._state.areas
+        if all(puck.distance(here.x, here.y) >= here.radius for here in world.robots):
+            return puck
+        for cell in range(len(areas.cells)):
+            x, y = (cell % areas.columns + 0.5) / areas.scale, (cell // areas.columns + 0.5) / areas.scale
+            has_room = area_at(world, x, y) >> field & 1 and is_free(world, x, y, puck.radius)
+            if has_room and all(each.distance(x, y) > puck.radius for each in others):
+                return replace(puck, x=x, y=y)
+        return puck
 
     def touching(self, robot: int) -> bool:
         """Return whether the robot was in contact with anything in the last tick."""
@@ -316,7 +345,8 @@ class ReadableWorld:
         """What happened to zones, doors, pucks and the energy of robots, the last 256, oldest first."""
         log = self._state.world.states
         count = int(log[0]) if len(log) else 0
-        return tuple(self._event(n, *map(int, log[at : at + 4])) for n, at in _last(count))
+        told = {event.number: event for event in self._told}
+        return tuple(told.get(n) or self._event(n, *map(int, log[at : at + 4])) for n, at in _last(count))
 
     def _event(self, number: int, tick: int, kind: int, what: int, robot: int) -> Event:
         named, solids = KINDS[kind], self._state.solids

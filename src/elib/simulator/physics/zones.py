@@ -8,7 +8,7 @@ these never comes here.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -19,6 +19,7 @@ from elib.base.errors import ArgumentError
 from elib.simulator.physics.engine import kernel, phase
 from elib.simulator.physics.fittings import Zone
 from elib.simulator.physics.floor import opened
+from elib.simulator.physics.geometry import Box, Point
 from elib.simulator.physics.neighbours import fixed_cell, is_near_wall
 from elib.simulator.physics.noise import numbered_key, tick_key, uniform
 from elib.simulator.physics.pushing import follow, nearest, shortest_way
@@ -112,28 +113,42 @@ def _mapped(zones: tuple[Zone, ...], width: float, depth: float, written: tuple[
     columns, rows = math.ceil(width * scale), math.ceil(depth * scale)
     cells = [0] * (columns * rows)
     for k, zone in enumerate(zones):
-        corners = [(x * scale - 0.5, y * scale - 0.5) for x, y in zone.outline]
         dark = _dark(zone, scale) if zone.file else None
-        for row in range(rows):
-            for begin, end in _spans(corners, row, columns):
-                for column in range(begin, end):
-                    if dark is None or dark(column, row):
-                        cells[row * columns + column] |= 1 << k
+        for row, column in _inside(zone.outline, scale, rows, columns):
+            if dark is None or dark(column, row):
+                cells[row * columns + column] |= 1 << k
     return Areas(columns, rows, scale, tuple(cells))
 
 
-def _spans(corners: list[tuple[float, float]], row: int, columns: int) -> list[tuple[int, int]]:
-    """Return which columns of a row have their middles inside of an outline."""
-    crossings = []
-    for (x1, y1), (x2, y2) in pairwise([*corners, *corners[:1]]):
-        if (y1 > row) != (y2 > row):
-            crossings.append((x1 + (row - y1) / (y2 - y1) * (x2 - x1), 1 if y2 > y1 else -1))
-    spans, turns = [], 0
-    for (x, turn), (after, _) in pairwise(sorted(crossings)):
-        turns += turn
-        if turns:
-            spans.append((min(max(math.ceil(x), 0), columns), min(max(math.ceil(after), 0), columns)))
-    return spans
+def open_cells(areas: Areas, scene: Scene, boxes: Sequence[Box]) -> tuple[int, ...]:
+    """Return the cells of a map; zones in which pucks come back have none where a polygon or fixed box stands now."""
+    fields = {post.respawn for post in scene.cylinders if post.respawn}
+    shut = sum(1 << k for k, zone in enumerate(scene.zones) if zone.name in fields)
+    if not shut:
+        return areas.cells
+    cells = [*areas.cells]
+    blocks = (*(box.corners for box in boxes if not box.can_move), *(polygon.points for polygon in scene.polygons))
+    for block in blocks:
+        for row, column in _inside(block, areas.scale, areas.rows, areas.columns):
+            cells[row * areas.columns + column] &= ~shut
+    return tuple(cells)
+
+
+def _inside(outline: Sequence[Point], scale: float, rows: int, columns: int) -> Iterator[tuple[int, int]]:
+    """Yield row and column of the cells that have their middles inside of an outline."""
+    corners = [(x * scale - 0.5, y * scale - 0.5) for x, y in outline]
+    low, high = (find((y for _, y in corners), default=0.0) for find in (min, max))
+    for row in range(max(math.ceil(low), 0), min(math.ceil(high), rows)):
+        crossings = []
+        for (x1, y1), (x2, y2) in pairwise([*corners, *corners[:1]]):
+            if (y1 > row) != (y2 > row):
+                crossings.append((x1 + (row - y1) / (y2 - y1) * (x2 - x1), 1 if y2 > y1 else -1))
+        turns = 0
+        for (x, turn), (after, _) in pairwise(sorted(crossings)):
+            turns += turn
+            if turns:
+                for column in range(min(max(math.ceil(x), 0), columns), min(max(math.ceil(after), 0), columns)):
+                    yield row, column
 
 
 def _dark(zone: Zone, scale: float) -> Callable[[int, int], bool]:
@@ -400,10 +415,12 @@ def respawn(world: Records, k: int) -> None:
     puck = world.things[k]
     zone = world.zones[puck.respawn]
     key = tick_key(numbered_key(setting.key, FOREVER + k), setting.tick)
+    # No place is free whose cell of the map is partly in a block: a large floor has large cells.
+    room = max(puck.reach + ROOM, math.sqrt(0.5) / setting.map_scale)
     for n in range(DRAWS):
         x = zone.left + (zone.right - zone.left) * uniform(key, 2 * n)
         y = zone.low + (zone.high - zone.low) * uniform(key, 2 * n + 1)
-        if (area_at(world, x, y) >> puck.respawn) & 1 and is_free(world, x, y, puck.reach + ROOM):
+        if (area_at(world, x, y) >> puck.respawn) & 1 and is_free(world, x, y, room):
             puck.back = -1
             put(world, k, x, y)
             tell(world, RESPAWN, k, NONE)
