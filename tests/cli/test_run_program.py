@@ -251,7 +251,7 @@ def test_an_exception_group_has_the_lines_of_the_program_only(tmp_path: Path) ->
 import asyncio, elib
 async def main(robot):
     async with asyncio.TaskGroup() as tasks:
-        tasks.create_task(robot.drive("far"))
+        tasks.create_task(robot.text(""))
         tasks.create_task(fail(robot))
 async def fail(robot):
     robot.stopp()

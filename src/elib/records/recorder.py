@@ -31,7 +31,7 @@ GATHERED = 0.3
 processor, they are in the file within a second."""
 PART_BYTES, PART_SECONDS, KEEP = Number(10_000, unit="bytes"), Number(1, unit="s"), Whole(2)
 """Rules for the parts of a recording. A part of less would hold little more than its own header."""
-NOTE, KIND, MEASURED = Lines(100_000), Text(), Number(-MAX_NUMBER, MAX_NUMBER)
+NOTE, KIND, MEASURED = Lines(500_000), Text(), Number(-MAX_NUMBER, MAX_NUMBER)
 """Rules for what a program adds: what they allow, every reader takes."""
 OBSERVING_PERIOD = 0.1
 """s of robot time between two recorded states of a simulated world."""
@@ -187,7 +187,7 @@ class Recorder:
         """Write a line into the recording.
 
         Args:
-            text: The line, at most 100,000 characters.
+            text: The line, at most 500,000 characters.
             kind: Kind of note: ``note``, or ``state`` for the state of a behaviour.
 
         Raises:
