@@ -24,6 +24,7 @@ from test_agent import FIRMWARES, LIMITS, call, speeds, tools_on, went, world_of
 
 from elib.base.errors import LinkLost
 from elib.doors.agent.limits import Limits
+from elib.panel.behaviours import RunPhase
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings
@@ -293,6 +294,25 @@ async def test_a_robot_that_is_not_virtual_is_driven_with_leave_in_a_smaller_fen
 
 
 # -- a person --
+
+
+@simulated
+async def test_with_the_last_page_a_persons_behaviour_ends_and_the_agents_own_goes_on():
+    async with tools_on() as tools:
+        slot = tools.drivers["1"].slot
+        slot.join("page")
+        slot.runner.start("avoid")
+        slot.leave("page")
+        assert slot.runner.phase is RunPhase.STOPPED
+        await slot.runner.finished(PATIENCE)
+        running = asyncio.create_task(call(tools, "run_behaviour", name="avoid", seconds=3))
+        await until(lambda: slot.runner.phase is RunPhase.RUNNING)
+        slot.join("page")
+        slot.leave("page")
+        assert slot.runner.phase is RunPhase.RUNNING
+        assert (await running).data["ended"] == "time"
+        seen = slot.readings["proximity"].time
+        await until(lambda: slot.readings["proximity"].time > seen)
 
 
 @pytest.mark.long
