@@ -9,6 +9,7 @@ import re
 from collections.abc import AsyncIterator
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import pytest_asyncio
@@ -18,6 +19,7 @@ from elib.base.timebase import SimulatedLoop
 from elib.panel import lifecycle
 from elib.panel.panel import MAX_NAME, MAX_ROBOTS, MAX_URL, Panel
 from elib.panel.recents import RecentRobots
+from elib.panel.server.messages import MESSAGES
 from elib.panel.slot import Phase, Slot
 from elib.records.reader import read_recording
 from elib.simulator.emulator import past
@@ -97,6 +99,19 @@ async def test_closing_stops_every_robot_and_names_those_that_did_not_confirm_it
     assert await panel.close() == [two.name]
     assert not one.is_connected
     assert not two.is_connected
+
+
+async def test_a_robot_that_does_not_confirm_its_stop_is_named_to_the_page_that_removes_it(panel: Panel) -> None:
+    one, two = await connected(panel, SIM, SIM)
+    page = SimpleNamespace(panel=panel)
+    await MESSAGES["remove"].act(page, robot=one.key)
+    two.drive.steer("page", 1, 1)
+    await asyncio.sleep(0.1)
+    assert two.control is not None
+    two.control.cut(0)
+    with pytest.raises(LinkLost, match="may still be moving"):
+        await MESSAGES["remove"].act(page, robot=two.key)
+    assert not panel.slots
 
 
 async def test_on_a_typical_wifi_nearly_every_stop_that_waits_behind_late_pictures_is_still_confirmed() -> None:

@@ -20,7 +20,7 @@ from elib.link.protocol.quantities import CameraMode
 from elib.panel import console
 from elib.panel.behaviours import source_of
 from elib.panel.files import LOG, MAP, RECORDING, WORLD
-from elib.panel.panel import FileList
+from elib.panel.panel import FileList, check_standing
 from elib.panel.server.conversation import Answer, Decoded, Error, Failure, Message, Table, Told, decoded, message_of
 from elib.panel.server.page import Hello, OverviewStream, Page, RobotStream, Stream, StudyStream, Update, Wish
 from elib.panel.server.world import Change, NewScene, Readings, ReadingsStream, WorldStream
@@ -125,7 +125,9 @@ def add(page: Page, url: Text) -> list[str]:
 @request("connect")
 async def remove(page: Page, robot: Key) -> None:
     """Disconnect a robot and take it out of the panel."""
+    slot = page.panel.slot(robot)
     await asyncio.shield(page.panel.remove(robot))  # also when the page is closed meanwhile
+    check_standing([slot.name] if slot.drive.may_move else [])  # its event log is out of sight now
 
 
 @request("connect")
