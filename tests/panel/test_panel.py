@@ -17,6 +17,7 @@ import pytest_asyncio
 from elib.base.errors import ArgumentError, LinkClosed, LinkLost, RobotSilent
 from elib.base.timebase import SimulatedLoop
 from elib.panel import lifecycle
+from elib.panel.behaviours import RunPhase
 from elib.panel.panel import MAX_NAME, MAX_ROBOTS, MAX_URL, Panel
 from elib.panel.recents import RecentRobots
 from elib.panel.server.messages import MESSAGES
@@ -112,6 +113,25 @@ async def test_a_robot_that_does_not_confirm_its_stop_is_named_to_the_page_that_
     with pytest.raises(LinkLost, match="may still be moving"):
         await MESSAGES["remove"].act(page, robot=two.key)
     assert not panel.slots
+
+
+async def test_a_behaviour_of_all_robots_passes_over_those_that_refuse_and_tells_why(panel: Panel) -> None:
+    one, two = await connected(panel, SIM, SIM)
+    robots, page = ["gone", panel.add(SIM), one.key, two.key], SimpleNamespace(panel=panel)
+    for name, more, phase in (
+        ("behave", {"name": "avoid"}, RunPhase.RUNNING),
+        ("pause_behaviour", {}, RunPhase.PAUSED),
+        ("resume_behaviour", {}, RunPhase.RUNNING),
+        ("end_behaviour", {}, RunPhase.STOPPED),
+    ):
+        with pytest.raises(ArgumentError, match="no such robot"):
+            MESSAGES[name].act(page, robots=robots, **more)
+        await until(lambda phase=phase: [each.runner.phase for each in (one, two)] == [phase] * 2)  # type: ignore[misc]
+    await asyncio.gather(one.runner.stop(), two.runner.stop())
+    with pytest.raises(LinkClosed, match="not connected"):
+        MESSAGES["behave"].act(page, robots=robots[1:], name="avoid")
+    assert one.runner.is_active
+    assert two.runner.is_active
 
 
 async def test_on_a_typical_wifi_nearly_every_stop_that_waits_behind_late_pictures_is_still_confirmed() -> None:
