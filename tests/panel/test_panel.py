@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import gc
 import math
+import os
 import re
 from collections.abc import AsyncIterator
 from itertools import pairwise
@@ -255,9 +256,12 @@ async def test_no_two_robots_have_the_same_label(panel: Panel) -> None:
     assert labels[4].endswith("a…")
 
 
-async def test_the_folder_offers_its_recordings_and_names_that_are_free(tmp_path: Path) -> None:
+async def test_the_folder_offers_the_recordings_that_can_be_opened_and_names_that_are_free(tmp_path: Path) -> None:
     for name in ("a.mcap", "run.mcap", "run.log", "other.txt"):
         (tmp_path / name).write_bytes(b"")
+    (tmp_path / "link.mcap").symlink_to(tmp_path / "a.mcap")
+    (tmp_path / "dangling.mcap").symlink_to(tmp_path / "nothing")
+    (tmp_path / os.fsdecode(b"bad\xff.mcap")).write_bytes(b"")
     panel = Panel(folder=tmp_path)
     files = panel.files()
     assert {name for name, _, _ in files.recordings} == {"a.mcap", "run.mcap"}
