@@ -34,6 +34,7 @@ export const overview = signal<Record<string, Summary>>({});
 export const worldsOfRobots = signal<[robot: string, name: string][]>([]);
 export const study = signal<StudyNews | null>(null);
 export const isSilent = signal(false);
+export const refusal = signal(""); // why the program does not let the page in, in its words; empty if it said nothing
 export const toasts = signal<{ id: number; text: string; isGood: boolean }[]>([]);
 
 /** One robot of the panel. */
