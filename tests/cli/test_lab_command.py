@@ -230,8 +230,10 @@ def test_a_result_of_the_browser_is_judged_anew(
     assert sorted(path.suffix for path in tmp_path.iterdir()) == [".json", ".png", ".png", ".png"]
 
 
-@pytest.mark.parametrize("content", ["", "{}", '{"lab": 7}', "[" * 100_000])
-def test_what_is_no_result_is_refused(tmp_path: Path, refused: Told, content: str) -> None:
+@pytest.mark.parametrize(
+    "content", [b"", b"{}", b'{"lab": 7}', b"[" * 100_000, b'{"x": ' + b"[" * 100_000, b'{"lab": "\xff"}'], ids=range(6)
+)
+def test_what_is_no_result_is_refused(tmp_path: Path, refused: Told, content: bytes) -> None:
     file = tmp_path / "anna-result.json"
-    file.write_text(content)
+    file.write_bytes(content)
     assert "is not the result of a check" in refused("lab", "check", file)
