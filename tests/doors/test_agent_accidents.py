@@ -7,6 +7,7 @@ import http.client
 import json
 import math
 import random
+import signal
 import subprocess
 import sys
 import threading
@@ -145,6 +146,16 @@ def test_a_client_that_does_not_read_is_left_with_a_standing_robot_and_flat_memo
     said = json.loads((tmp_path / "w.json").read_text())
     assert said["farthest"] < FULL
     assert not said["unconfirmed"]
+
+
+@pytest.mark.parametrize("number", short([signal.SIGINT, signal.SIGTERM], signal.SIGTERM))
+def test_a_signal_is_the_usual_end_of_a_door_and_stops_its_robot(tmp_path, number):
+    with wire(tmp_path, "sim://square") as door:
+        door.begin("drive", json.dumps(FAR))
+        until_driving(door)
+        door.process.send_signal(number)
+        assert door.process.wait(PATIENCE) == 0
+        assert not json.loads(door.witness.read_text())["unconfirmed"]
 
 
 # -- links --
