@@ -16,9 +16,10 @@ from generator.markdown import inline, joined, table
 
 INTRODUCTION = """# Command line
 
-The result of a command goes to stdout, everything else to stderr. Exit codes: 0 done, 1 the robot or its link failed,
-2 wrong usage, 130 after Ctrl-C, 143 after SIGTERM; `elib simulate` ends with 0 on both signals, which are its usual
-end. `--robot URL` takes any of the [URLs](urls.md).
+The result of a command goes to stdout, everything else to stderr. Exit codes: 0 done; 1 a robot, its link or its world
+failed or is not there, or what was checked is not in order; 2 wrong usage; 130 after Ctrl-C; 143 after SIGTERM.
+`elib simulate`, `joystick`, `serve`, `foxglove` and `agent` end with 0 on both signals, which are their usual end.
+`--robot URL` takes any of the [URLs](urls.md).
 
 Every command of the robot is a sub-command of `elib send`: [Commands](commands.md) describes them, and
 `elib send COMMAND --help` does too.

@@ -12,7 +12,7 @@ import { Robot } from "./places/Robot";
 import { Start } from "./places/Start";
 import { address, go, place } from "./route";
 import { stop, stopped, stops } from "./stop";
-import { can, hello, isSilent, listed } from "./store";
+import { can, hello, isSilent, listed, refusal } from "./store";
 import "./App.css";
 
 const MAX_TABS = 5; // of robots; more are chosen from a list
@@ -97,7 +97,7 @@ export function App() {
       <Header />
       {isSilent.value && (
         <p class="silence alarm" role="alert">
-          The program does not answer. What is shown is old.
+          {refusal.value || "The program does not answer. What is shown is old."}
         </p>
       )}
       <main>

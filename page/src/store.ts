@@ -34,6 +34,7 @@ export const overview = signal<Record<string, Summary>>({});
 export const worldsOfRobots = signal<[robot: string, name: string][]>([]);
 export const study = signal<StudyNews | null>(null);
 export const isSilent = signal(false);
+export const refusal = signal(""); // why the program does not let the page in, in its words; empty if it said nothing
 export const toasts = signal<{ id: number; text: string; isGood: boolean }[]>([]);
 
 /** One robot of the panel. */
@@ -63,8 +64,11 @@ export class Robot {
       this.lines.value = (lines.whole ? [] : this.lines.value).concat(lines.lines).slice(-KEPT_LINES);
     if (!picture) this.pixels.value = null;
     else if (picture.pixels) this.pixels.value = picture.pixels;
+    // A place that is shown again is told all lines again.
     const old = this.play.value,
-      known = old && old.count <= behaviour.count && old.name === behaviour.name ? old.lines : [];
+      before = behaviour.count - behaviour.lines.length,
+      known =
+        old?.name === behaviour.name ? old.lines.slice(0, Math.max(0, before - old.count + old.lines.length)) : [];
     this.play.value = { ...behaviour, lines: known.concat(behaviour.lines).slice(-KEPT_LINES) };
     // Charts show only news: an old value is not a value of now.
     const values: Moment["values"] = {};

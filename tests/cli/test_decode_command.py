@@ -204,8 +204,8 @@ def test_a_bad_line_is_named(text: str, message: str, run: Run) -> None:
 def test_files_that_cannot_be_read_are_an_error_without_a_traceback(tmp_path: Path) -> None:
     for path in (tmp_path / "nothing", tmp_path):
         ended = elib_command("decode", str(path))
-        assert (ended.returncode, ended.stdout) == (1, "")
-        assert ended.stderr.startswith(f"error: {path}: ")
+        assert (ended.returncode, ended.stdout) == (2, "")
+        assert ended.stderr.startswith(f"error: {str(path)!r} cannot be read: ")
 
 
 def test_an_empty_capture_is_not_an_error(run: Run) -> None:

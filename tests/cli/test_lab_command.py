@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from pathlib import Path
 
 import pytest
-from elib_process import Told
+from elib_process import COMMAND, Told
 
 from elib.cli import main
 from elib.lab import load_lab
 from elib.lab.result import digest_of
+from shared import PATIENCE
 
 GOOD = "import elib\nprint('off we go')\nwith elib.connect() as robot:\n    robot.drive(0.1)\n"
 BAD = "import elib\n\ndef go():\n    raise ValueError('no way')\n\ngo()\n"
@@ -99,6 +101,23 @@ def test_a_program_that_only_defines_what_drives_is_run(
     lab: Path, program: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert check(lab, program) == 0, capsys.readouterr().out
+
+
+def test_a_program_goes_on_when_nobody_reads_any_more_what_it_prints(lab: Path) -> None:
+    (lab / "mine.py").write_text(
+        "import os, time\nwhile not os.path.exists('closed'):\n    time.sleep(0.01)\n"
+        f"{GOOD}print('there')\nopen('done', 'w').close()\n"
+    )
+    process = subprocess.Popen(
+        [*COMMAND, "lab", "check", str(lab / "mine.py")], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline()
+    process.stdout.close()
+    (lab / "closed").touch()
+    _, complaint = process.communicate(timeout=PATIENCE)
+    assert complaint == b""
+    assert (lab / "done").exists()
 
 
 def test_a_check_as_json(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -211,8 +230,10 @@ def test_a_result_of_the_browser_is_judged_anew(
     assert sorted(path.suffix for path in tmp_path.iterdir()) == [".json", ".png", ".png", ".png"]
 
 
-@pytest.mark.parametrize("content", ["", "{}", '{"lab": 7}', "[" * 100_000])
-def test_what_is_no_result_is_refused(tmp_path: Path, refused: Told, content: str) -> None:
+@pytest.mark.parametrize(
+    "content", [b"", b"{}", b'{"lab": 7}', b"[" * 100_000, b'{"x": ' + b"[" * 100_000, b'{"lab": "\xff"}'], ids=range(6)
+)
+def test_what_is_no_result_is_refused(tmp_path: Path, refused: Told, content: bytes) -> None:
     file = tmp_path / "anna-result.json"
-    file.write_text(content)
+    file.write_bytes(content)
     assert "is not the result of a check" in refused("lab", "check", file)

@@ -78,6 +78,20 @@ def test_the_copy_of_a_behaviour_runs_as_it_is(
     assert "robot time" in capsys.readouterr().err
 
 
+def test_the_line_to_type_for_a_name_with_a_space_can_be_pasted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, printed: Told, refused: Told
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert printed("new", "avoid", "my robot.py").endswith("try: elib run 'my robot.py'\n")
+    assert "elib new avoid 'my robot.txt.py'" in refused("new", "avoid", "my robot.txt")
+    assert "to run the file: elib run 'my robot.py'" in refused("run", "my robot")
+    assert main(["new", "bull", "my bull.py"]) == 0
+    assert "elib run 'my bull.py' -- --help" in refused("run", "my bull.py", "--robot", "sim://", "--", "left")
+    assert printed("lab", "new", "square", "my lab").endswith("elib lab check 'my lab/start.py'\n")
+    assert "elib lab check 'my lab/start.py'" in refused("lab", "check", "my lab")
+    assert "elib run 'my lab/my_robot.py'" in refused("run", "my lab")
+
+
 @pytest.mark.parametrize("name", short(PROGRAMS, "square", "states"))
 def test_a_sample_runs_as_it_is_by_python_and_by_elib_run(name: str, tmp_path: Path) -> None:
     assert elib("new", name, "my_robot.py", cwd=tmp_path).stdout == "wrote my_robot.py; try: elib run my_robot.py\n"

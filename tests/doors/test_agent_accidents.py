@@ -7,6 +7,7 @@ import http.client
 import json
 import math
 import random
+import signal
 import subprocess
 import sys
 import threading
@@ -24,6 +25,7 @@ from test_agent import FIRMWARES, LIMITS, call, speeds, tools_on, went, world_of
 
 from elib.base.errors import LinkLost
 from elib.doors.agent.limits import Limits
+from elib.panel.behaviours import RunPhase
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings
@@ -144,6 +146,16 @@ def test_a_client_that_does_not_read_is_left_with_a_standing_robot_and_flat_memo
     said = json.loads((tmp_path / "w.json").read_text())
     assert said["farthest"] < FULL
     assert not said["unconfirmed"]
+
+
+@pytest.mark.parametrize("number", short([signal.SIGINT, signal.SIGTERM], signal.SIGTERM))
+def test_a_signal_is_the_usual_end_of_a_door_and_stops_its_robot(tmp_path, number):
+    with wire(tmp_path, "sim://square") as door:
+        door.begin("drive", json.dumps(FAR))
+        until_driving(door)
+        door.process.send_signal(number)
+        assert door.process.wait(PATIENCE) == 0
+        assert not json.loads(door.witness.read_text())["unconfirmed"]
 
 
 # -- links --
@@ -293,6 +305,25 @@ async def test_a_robot_that_is_not_virtual_is_driven_with_leave_in_a_smaller_fen
 
 
 # -- a person --
+
+
+@simulated
+async def test_with_the_last_page_a_persons_behaviour_ends_and_the_agents_own_goes_on():
+    async with tools_on() as tools:
+        slot = tools.drivers["1"].slot
+        slot.join("page")
+        slot.runner.start("avoid")
+        slot.leave("page")
+        assert slot.runner.phase is RunPhase.STOPPED
+        await slot.runner.finished(PATIENCE)
+        running = asyncio.create_task(call(tools, "run_behaviour", name="avoid", seconds=3))
+        await until(lambda: slot.runner.phase is RunPhase.RUNNING)
+        slot.join("page")
+        slot.leave("page")
+        assert slot.runner.phase is RunPhase.RUNNING
+        assert (await running).data["ended"] == "time"
+        seen = slot.readings["proximity"].time
+        await until(lambda: slot.readings["proximity"].time > seen)
 
 
 @pytest.mark.long

@@ -32,6 +32,7 @@ from elib.doors.foxglove.door import hidden_host, opened
 from elib.doors.foxglove.layout import layout_of
 from elib.doors.robots import connected
 from elib.link.protocol.profiles import FIRMWARES
+from elib.panel.behaviours import RunPhase
 from elib.panel.panel import Panel
 from elib.panel.server.listening import Address, listen
 from elib.panel.slot import Slot
@@ -206,6 +207,18 @@ async def test_a_client_that_is_killed_while_it_drives_leaves_a_robot_that_stand
             with contextlib.suppress(ProcessLookupError):
                 process.kill()
             await process.wait()
+
+
+async def test_a_behaviour_ends_with_the_last_page_and_clients_see_the_readings_go_on() -> None:
+    async with door("sim://arena") as (panel, url), connected_to(url) as client:
+        await until(lambda: "/readings/proximity" in client.topics)
+        slot = panel.slots["1"]
+        slot.join("page")
+        slot.runner.start("avoid")
+        slot.leave("page")
+        assert slot.runner.phase is RunPhase.STOPPED
+        seen = slot.readings["proximity"].time
+        await until(lambda: slot.readings["proximity"].time > seen)
 
 
 @needs_page

@@ -92,6 +92,24 @@ async def test_a_paused_robot_stands_and_goes_on_as_it_was(slot: Slot) -> None:
     assert slot.runner.phase is RunPhase.RUNNING
 
 
+@pytest.mark.parametrize("url", ["sim://arena?speed=max&latency=0.15"])
+async def test_a_pause_while_the_old_speed_is_on_its_way_stops_the_robot_too(slot: Slot) -> None:
+    slot.runner.start("avoid")
+    await asyncio.sleep(2)
+    slot.runner.pause()
+    await asyncio.sleep(1.5)
+    slot.runner.resume()
+    await asyncio.sleep(0.1)
+    slot.runner.pause()
+    slot.runner.resume()
+    slot.runner.pause()
+    await asyncio.sleep(1)
+    assert await stands(slot)
+    assert (slot.runner.phase, slot.drive.may_move) == (RunPhase.PAUSED, False)
+    slot.runner.resume()
+    await until(slot, RunPhase.RUNNING)
+
+
 @SQUARE
 async def test_a_blocking_behaviour_closes_its_square_in_spite_of_a_pause_on_every_side(slot: Slot) -> None:
     start = place(slot)

@@ -310,7 +310,7 @@ async def test_what_no_page_answers_to_is_not_there(rig: Rig) -> None:
         answer = await rig.ask(path)
         assert (answer.status, answer.body) == (404, b"There is no such page."), path
         assert answer.headers["content-type"].startswith("text/plain")
-    assert (await rig.ask("/ws")).status == 403
+    assert (await rig.ask("/ws")).status == 400
 
 
 @WITH_TOKEN
@@ -692,6 +692,7 @@ async def test_sixty_four_pages_are_served_at_once_and_another_when_they_have_le
         for socket in held:
             assert json.loads(await socket.recv())["type"] == "hello"
         assert await refused(rig) == 503
+        assert (await rig.ask(SOCKET)).body == b"64 pages are open. Close some, and try again."
         assert (await rig.ask()).status == 200
     await until(lambda: rig.server.pages == 0)
     async with rig.socket() as socket:

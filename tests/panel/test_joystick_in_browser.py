@@ -158,6 +158,13 @@ async def test_a_gamepad_drives_and_its_button_stops(driver, robot):
     await robot.until_it_moves()
     await driver.tab.run("pad.axes = [0, 0], null")
     await robot.until_it_stands()
+    for button, left, right in ((12, 1, 1), (13, -1, -1), (14, -1, 1), (15, 1, -1)):  # the cross
+        pressed = f"Array.from({{length: 16}}, (_, k) => ({{pressed: k === {button}}}))"
+        await driver.tab.run(f"pad.mapping = 'standard', pad.buttons = {pressed}, 0")
+        await robot.until(lambda: all(robot.wheels))
+        assert [math.copysign(1, wheel) for wheel in robot.wheels] == [left, right], button
+        await driver.tab.run("pad.buttons = [], null")
+        await robot.until_it_stands()
     await driver.tab.run("delete navigator.getGamepads, null")
 
 

@@ -493,6 +493,23 @@ async def test_options_of_a_behaviour_are_a_form_and_end_ends_it(driver, robot):
     await robot.until_it_stands()
 
 
+async def test_the_lines_of_a_behaviour_stand_once_also_after_a_look_at_another_place(driver):
+    robot = "[...elib.robots.values()][0]"
+    one = "robots: [elib.listed.value[0].key]"
+    await driver.tab.run(
+        f"elib.ask('behave', {{ {one}, name: 'go-and-turn', options: {{ side: 0.02 }} }}).then(() => 0)"
+    )
+    await driver.tab.until(f"{robot}.play.value?.count > 0")
+    await driver.tab.run(f"elib.ask('end_behaviour', {{ {one} }}).then(() => 0)")
+    place = await driver.tab.run("location.hash")
+    await driver.tab.run("location.hash = '#/start'")
+    await driver.tab.until(START)
+    ticks = await driver.tab.run(f"{robot}.history.length")
+    await driver.tab.run(f"location.hash = {place!r}")
+    await driver.tab.until(f"{robot}.history.length > {ticks} + 5")
+    assert await driver.tab.run(f"{robot}.play.value.lines.length === {robot}.play.value.count")
+
+
 # -- what is drawn --
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import asyncio
 import gc
 import math
+import os
 import re
 from collections.abc import AsyncIterator
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import pytest_asyncio
@@ -16,8 +18,10 @@ import pytest_asyncio
 from elib.base.errors import ArgumentError, LinkClosed, LinkLost, RobotSilent
 from elib.base.timebase import SimulatedLoop
 from elib.panel import lifecycle
+from elib.panel.behaviours import RunPhase
 from elib.panel.panel import MAX_NAME, MAX_ROBOTS, MAX_URL, Panel
 from elib.panel.recents import RecentRobots
+from elib.panel.server.messages import MESSAGES
 from elib.panel.slot import Phase, Slot
 from elib.records.reader import read_recording
 from elib.simulator.emulator import past
@@ -97,6 +101,38 @@ async def test_closing_stops_every_robot_and_names_those_that_did_not_confirm_it
     assert await panel.close() == [two.name]
     assert not one.is_connected
     assert not two.is_connected
+
+
+async def test_a_robot_that_does_not_confirm_its_stop_is_named_to_the_page_that_removes_it(panel: Panel) -> None:
+    one, two = await connected(panel, SIM, SIM)
+    page = SimpleNamespace(panel=panel)
+    await MESSAGES["remove"].act(page, robot=one.key)
+    two.drive.steer("page", 1, 1)
+    await asyncio.sleep(0.1)
+    assert two.control is not None
+    two.control.cut(0)
+    with pytest.raises(LinkLost, match="may still be moving"):
+        await MESSAGES["remove"].act(page, robot=two.key)
+    assert not panel.slots
+
+
+async def test_a_behaviour_of_all_robots_passes_over_those_that_refuse_and_tells_why(panel: Panel) -> None:
+    one, two = await connected(panel, SIM, SIM)
+    robots, page = ["gone", panel.add(SIM), one.key, two.key], SimpleNamespace(panel=panel)
+    for name, more, phase in (
+        ("behave", {"name": "avoid"}, RunPhase.RUNNING),
+        ("pause_behaviour", {}, RunPhase.PAUSED),
+        ("resume_behaviour", {}, RunPhase.RUNNING),
+        ("end_behaviour", {}, RunPhase.STOPPED),
+    ):
+        with pytest.raises(ArgumentError, match="no such robot"):
+            MESSAGES[name].act(page, robots=robots, **more)
+        await until(lambda phase=phase: [each.runner.phase for each in (one, two)] == [phase] * 2)  # type: ignore[misc]
+    await asyncio.gather(one.runner.stop(), two.runner.stop())
+    with pytest.raises(LinkClosed, match="not connected"):
+        MESSAGES["behave"].act(page, robots=robots[1:], name="avoid")
+    assert one.runner.is_active
+    assert two.runner.is_active
 
 
 async def test_on_a_typical_wifi_nearly_every_stop_that_waits_behind_late_pictures_is_still_confirmed() -> None:
@@ -220,9 +256,12 @@ async def test_no_two_robots_have_the_same_label(panel: Panel) -> None:
     assert labels[4].endswith("a…")
 
 
-async def test_the_folder_offers_its_recordings_and_names_that_are_free(tmp_path: Path) -> None:
+async def test_the_folder_offers_the_recordings_that_can_be_opened_and_names_that_are_free(tmp_path: Path) -> None:
     for name in ("a.mcap", "run.mcap", "run.log", "other.txt"):
         (tmp_path / name).write_bytes(b"")
+    (tmp_path / "link.mcap").symlink_to(tmp_path / "a.mcap")
+    (tmp_path / "dangling.mcap").symlink_to(tmp_path / "nothing")
+    (tmp_path / os.fsdecode(b"bad\xff.mcap")).write_bytes(b"")
     panel = Panel(folder=tmp_path)
     files = panel.files()
     assert {name for name, _, _ in files.recordings} == {"a.mcap", "run.mcap"}

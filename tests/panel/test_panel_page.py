@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import os
+from pathlib import Path
 
 import pytest
 
@@ -15,6 +17,7 @@ from page_rig import opened
 
 import elib
 from elib.base.pose import Pose
+from elib.panel.files import Folder
 from elib.records.timeline import KINDS
 from shared import needs_page, until
 
@@ -105,3 +108,15 @@ async def test_a_map_of_what_a_robot_met_is_saved_as_a_picture_and_as_a_world() 
         assert elib.Grid.of_world(folder / "room-world.toml").occupied.sum() >= grid.occupied.sum()
         again = await page.ask("save_map", robot=key, name="room")
         assert again["error"]["hint"] == "'room-2.png' is free"
+
+
+async def test_a_page_opens_and_a_log_begins_in_a_folder_whose_name_is_not_utf_8(tmp_path: Path) -> None:
+    folder = tmp_path / os.fsdecode(b"d\xff")
+    folder.mkdir()
+    async with guarded(urls=["sim://"]) as rig:
+        rig.panel.folder = Folder(folder)
+        async with opened(rig.url) as page:
+            key = await page.connected()
+            assert page.hello["folder"] == str(folder)
+            assert (await page.ask("start_log", robot=key, name="run"))["ok"]
+            await until(lambda: page.tick["log"] == str(folder / "run.log"))

@@ -31,6 +31,7 @@ def test_only_so_many_are_remembered(tmp_path: Path) -> None:
 
 def test_a_damaged_file_counts_as_none_and_is_kept_beside(tmp_path: Path) -> None:
     texts = [b"", b"{", b"\xff\xfe", b"[]", b'{"robots": 7}', b"null", b"[" * 100_000, b'"' + b"a" * 100_000]
+    texts.append(b'{"robots": ["\xff"]}')
     for number, text in enumerate(texts):
         path = tmp_path / f"{number}.json"
         path.write_bytes(text)

@@ -176,8 +176,9 @@ CALL = {"time": 1.0, "call": 1, "command": "stop", "text": "stop()", "arguments"
         json.dumps({**CALL, "arguments": [1, "2"]}).encode(),
         json.dumps({**CALL, "text": "\ud800"}).encode(),
         b'{"time": 1e999}',
+        json.dumps(CALL).encode().replace(b"stop()", b"\xff"),
     ],
-    ids=range(17),
+    ids=range(18),
 )
 def test_a_message_that_is_not_as_its_topic_says_is_damaged(wrong: bytes, tmp_path: Path) -> None:
     path = tmp_path / "odd.mcap"

@@ -24,6 +24,7 @@ function AllRobots() {
   const behaviours = hello.value!.behaviours.filter(({ elsewhere }) => !elsewhere),
     chosen = useSignal("avoid"),
     robots = Object.values(overview.value),
+    ready = keys().filter((key) => overview.value[key]?.phase === "connected"),
     runs = robots.some(({ behaviour }) => behaviour);
   const all = (what: "pause_behaviour" | "resume_behaviour" | "end_behaviour") => () => ask(what, { robots: keys() });
   return (
@@ -43,7 +44,11 @@ function AllRobots() {
             choices={behaviours.map(({ name }) => [name, title(name)])}
             choose={(name) => (chosen.value = name)}
           />
-          <Button weight="primary" act={() => ask("behave", { robots: keys(), name: chosen.value })}>
+          <Button
+            weight="primary"
+            disabled={!ready.length}
+            act={() => ask("behave", { robots: ready, name: chosen.value })}
+          >
             Start for all
           </Button>
         </div>

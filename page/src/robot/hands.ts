@@ -15,7 +15,7 @@ const QUICK = 40; // ms between two changes, at least
 const LINGER = 5000; // ms that a page which drove goes on to say that it is there
 const DEAD = 0.08; // share of the pad's radius that means nothing
 const GAMEPAD_DEAD = 0.15; // of a gamepad's axis
-const TURN = 0.5; // of a key that turns: at full speed nobody can aim
+const TURN = 0.5; // of a key that turns, or a cross: at full speed nobody can aim
 const KEYS: Record<string, Stick> = {
   ArrowUp: [0, 1],
   KeyW: [0, 1],
@@ -120,7 +120,9 @@ export class Hands {
       this.game = null;
       return;
     }
-    const stick: Stick = [pad.axes[0] ?? 0, -(pad.axes[1] ?? 0)],
+    const hasCross = pad.mapping === "standard",
+      isOn = (button: number) => Number(Boolean(hasCross && pad.buttons[button]?.pressed)),
+      stick: Stick = [(pad.axes[0] ?? 0) + TURN * (isOn(15) - isOn(14)), isOn(12) - isOn(13) - (pad.axes[1] ?? 0)],
       far = Math.hypot(...stick),
       isCentred = far < GAMEPAD_DEAD,
       isStop = Boolean(pad.buttons[0]?.pressed || pad.buttons[1]?.pressed);

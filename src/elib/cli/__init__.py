@@ -4,8 +4,9 @@ A command, and each function that it calls here, raises ArgumentError if its com
 sent to a robot; another ElibError if a robot, a link or a file fails; and SystemExit if what it was asked to check is
 not in order.
 
-Exit codes: 0 done, 1 the robot or its link failed, 2 wrong usage; 130 after Ctrl-C, 143 after SIGTERM. What a command
-found out goes to stdout, everything else to stderr.
+Exit codes: 0 done, 1 another error or what is not in order, 2 wrong usage; 130 after Ctrl-C, 143 after SIGTERM, and 0
+after both if they are the usual end of a command, such as a server. What a command found out goes to stdout, everything
+else to stderr.
 """
 
 from __future__ import annotations

@@ -89,7 +89,7 @@ def agent(
             file = None if log is None else stack.enter_context(log.open("a", encoding="utf-8"))
         except OSError as error:
             raise ArgumentError(f"--log {log} cannot be written: {error.strerror}", hint="name another file") from None
-        stack.enter_context(contextlib.suppress(KeyboardInterrupt))
+        stack.enter_context(contextlib.suppress(KeyboardInterrupt, SystemExit))  # signals are its usual end
 
         @contextlib.asynccontextmanager
         async def by_http(bound: socket.socket) -> AsyncIterator[None]:

@@ -15,6 +15,7 @@ from typing import Annotated, cast
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
+from elib.base.files import reason_of
 from elib.base.plaintext import counted
 from elib.base.rules import DURATION, Choice
 from elib.cli.arguments import option
@@ -164,8 +165,8 @@ def _opened(source: str) -> Iterator[io.BufferedReader]:
         return
     try:
         file = open(source, "rb")  # noqa: SIM115  # closed below
-    except ValueError:
-        raise ArgumentError(f"{source!r} is not the name of a file") from None
+    except (OSError, ValueError) as error:
+        raise ArgumentError(f"{source!r} cannot be read: {reason_of(error)}", hint="check its path") from None
     with file:
         yield file
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +13,7 @@ from elib.behaviours import find
 from elib.cli.arguments import FAST_SIMULATION, RobotUrl, option
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.script import run
-from elib.cli.terminal import say, table
+from elib.cli.terminal import quoted, say, table
 from elib.link.transport import parse_url
 from elib.simulator.drawing import draw_png
 from elib.studies.drive import floor_of
@@ -78,7 +76,7 @@ def what_next() -> list[tuple[str, str]]:
     program = command_name()
     activate = Path(sys.argv[0]).with_name("activate")  # a virtual environment has it beside its programs
     is_unknown = program != "elib" and activate.is_file()
-    first = [(f". {_quoted(str(activate))}", "let python and elib be found in this shell")] if is_unknown else []
+    first = [(f". {quoted(str(activate))}", "let python and elib be found in this shell")] if is_unknown else []
     return first + [(f"{program} {arguments}", about) for arguments, about in WHAT_NEXT]
 
 
@@ -87,10 +85,5 @@ def command_name() -> str:
     typed, known = Path(sys.argv[0]), shutil.which("elib")
     is_known = known is not None and typed.exists() and typed.samefile(known)
     if typed.name == "__main__.py":
-        return f"{_quoted(sys.executable)} -m elib"
-    return "elib" if is_known or typed.stem != "elib" else _quoted(sys.argv[0])
-
-
-def _quoted(path: str) -> str:
-    """Return a path as a shell reads it."""
-    return subprocess.list2cmdline([path]) if sys.platform == "win32" else shlex.quote(path)
+        return f"{quoted(sys.executable)} -m elib"
+    return "elib" if is_known or typed.stem != "elib" else quoted(sys.argv[0])

@@ -17,7 +17,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
 from elib.cli.arguments import AsJson, Cluster, View, Workers, option
-from elib.cli.terminal import BLOCKS, is_live, print_json, say, table
+from elib.cli.terminal import BLOCKS, is_live, print_json, quoted, say, table
 from elib.learn.catalogue import all_tasks
 from elib.learn.evolution import TEST_EPISODES, Evolution, Result
 from elib.learn.executor import open_executor
@@ -173,7 +173,7 @@ def _print(result: Result, folder: Path, settings: Settings, solved: float, *, j
     ]
     if solved < float("inf"):
         rows.append(("solved", f"{result.solved:.0%} of them (a fitness of {solved:g} or more)"))
-    rows.append(("try it", f"elib run {folder / BEST}"))
+    rows.append(("try it", f"elib run {quoted(folder / BEST)}"))
     print(table(rows, indent=0))
 
 

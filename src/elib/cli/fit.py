@@ -11,7 +11,7 @@ from cyclopts import Parameter as Cli
 from elib.base.body import AXLE
 from elib.base.errors import ArgumentError
 from elib.cli.arguments import AsJson, option
-from elib.cli.terminal import LiveLine, columns, json_line, say, table
+from elib.cli.terminal import LiveLine, columns, json_line, quoted, say, table
 from elib.records.reader import read_recording
 from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.studies import Fitted, fit_robot
@@ -44,7 +44,7 @@ def fit(file: Recorded, /, *, output: Output = None, world: WorldName = None, js
     for each in found.missing:
         say(f"not fitted: {each.what}: {each.why}\nhint: {each.cure}")
     if output is not None and not json:
-        say(f"wrote {output}; try it: elib compare {file} --profile {output}")
+        say(f"wrote {output}; try it: elib compare {quoted(file)} --profile {quoted(output)}")
 
 
 def to_text(found: Fitted) -> str:

@@ -19,7 +19,7 @@ from elib.base.files import reason_of, write_file
 from elib.base.plaintext import plain
 from elib.base.rules import Number, nearest
 from elib.cli.arguments import AsJson, option
-from elib.cli.terminal import GREEN, RED, paint, print_json, say, table
+from elib.cli.terminal import GREEN, RED, paint, print_json, quoted, say, table
 from elib.lab import VariantResult, find_lab, load_lab, run_together
 from elib.lab.goal import points
 from elib.lab.labfile import shipped_labs
@@ -100,7 +100,7 @@ def new(
     except OSError as error:
         raise ArgumentError(f"{target} cannot be made: {reason_of(error)}", hint="name a folder of your own") from None
     print(f"{target} is ready. Read {target / 'README.md'}, change {target / 'start.py'}, and check it:")
-    print(f"elib lab check {target / 'start.py'}")
+    print(f"elib lab check {quoted(target / 'start.py')}")
 
 
 @app.command
@@ -141,7 +141,9 @@ def check(
     path = Path(program)
     if path.is_dir():
         first = path / "start.py"
-        hint = f"name the program in it: elib lab check {first}" if first.is_file() else "name the program in it"
+        hint = (
+            f"name the program in it: elib lab check {quoted(first)}" if first.is_file() else "name the program in it"
+        )
         raise ArgumentError(f"{program} is a folder", hint=hint)
     if not path.is_file():
         raise ArgumentError(f"there is no program {program}", hint="name a .py file, such as start.py")

@@ -15,7 +15,7 @@ from elib.base.files import create_file
 from elib.base.rules import nearest
 from elib.behaviours import behaviours
 from elib.cli.arguments import option
-from elib.cli.terminal import table
+from elib.cli.terminal import quoted, table
 
 Sample = Annotated[str | None, Cli(help="Name of the sample; --list shows them.")]
 Target = Annotated[Path | None, Cli(help="The file to write (default: NAME.py).")]
@@ -44,9 +44,11 @@ def new(sample: Sample = None, file: Target = None, /, *, listed: Listed = False
         raise ArgumentError(f"there is no sample {sample!r}", hint=nearest(name, tuple(there)))
     path = Path(f"{name.replace('-', '_')}.py") if file is None else file
     if path.suffix != ".py":
-        raise ArgumentError(f"the file is {str(path)!r}; it must end in .py", hint=f"elib new {sample} {path}.py")
+        raise ArgumentError(
+            f"the file is {str(path)!r}; it must end in .py", hint=f"elib new {sample} {quoted(f'{path}.py')}"
+        )
     create_file(path, there[name].encode())
-    print(f"wrote {path}; try: elib run {path}")
+    print(f"wrote {path}; try: elib run {quoted(path)}")
 
 
 def samples() -> dict[str, str]:

@@ -18,7 +18,7 @@ from cyclopts import Parameter as Cli
 from elib import __version__
 from elib.base.errors import ArgumentError
 from elib.base.rules import rule_in
-from elib.cli.terminal import WIDEST, table, typed
+from elib.cli.terminal import WIDEST, quoted, table, typed
 
 if TYPE_CHECKING:
     from cyclopts.help import HelpEntry, HelpPanel
@@ -89,7 +89,7 @@ def execute(tokens: Sequence[str]) -> None:
     except CycloptsError as error:
         hint = f"{_called(error)} --help"
         if tokens[0] == "run" and (program := next(filter(is_program, tokens), None)):
-            hint = f"what belongs to the program stands after --: elib run {program} -- ...; {hint}"
+            hint = f"what belongs to the program stands after --: elib run {quoted(program)} -- ...; {hint}"
         raise ArgumentError(_sentence(error, _called(error)), hint=hint) from None
     _call(command, bound)
 

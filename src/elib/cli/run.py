@@ -17,7 +17,7 @@ from elib.cli.arguments import RobotUrl, Seconds, option
 from elib.cli.program import is_program
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.script import find_program, given_in, options_of, run
-from elib.cli.terminal import say, table
+from elib.cli.terminal import quoted, say, table
 
 SAMPLES = (
     "port-turn-around",
@@ -102,9 +102,13 @@ def choose(
     if program is not None:
         for stem in (program, program.replace("-", "_")):  # dashes are what the parser makes of underscores
             if Path(f"{stem}.py").is_file():
-                raise ArgumentError(f"there is no behaviour {stem!r}", hint=f"to run the file: elib run {stem}.py")
+                raise ArgumentError(
+                    f"there is no behaviour {stem!r}", hint=f"to run the file: elib run {quoted(f'{stem}.py')}"
+                )
             if Path(stem).is_dir():
-                raise ArgumentError(f"{stem} is a folder", hint=f"name a program in it: elib run {stem}/my_robot.py")
+                raise ArgumentError(
+                    f"{stem} is a folder", hint=f"name a program in it: elib run {quoted(f'{stem}/my_robot.py')}"
+                )
             if Path(stem).is_file():
                 raise ArgumentError(f"{stem} is not a program: its name does not end in .py")
         name = find(program).name  # raises, with a suggestion; a behaviour that exists has a command of its own

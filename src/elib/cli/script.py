@@ -31,7 +31,7 @@ from elib.cli.live import RunDisplay
 from elib.cli.program import execute_own, is_package
 from elib.cli.recordoptions import own_name
 from elib.cli.report import ENDINGS, amount, drive_rows, link_rows, state_rows, time_in_states
-from elib.cli.terminal import print_json, say, table, typed
+from elib.cli.terminal import print_json, quoted, say, table, typed
 from elib.link.protocol.profiles import rule
 from elib.link.session import Disconnected, Reconnected, TraceEvent
 from elib.link.session.statistics import merged
@@ -123,7 +123,9 @@ def find_program(name: str) -> Path:
     if path.is_file() or is_package(name):
         return path
     if path.is_dir():
-        raise ArgumentError(f"{name} is a folder", hint=f"name a program in it: elib run {path / 'my_robot.py'}")
+        raise ArgumentError(
+            f"{name} is a folder", hint=f"name a program in it: elib run {quoted(path / 'my_robot.py')}"
+        )
     folder = path.parent
     if not folder.is_dir():
         raise ArgumentError(f"there is no file {name}: there is no folder {folder}", hint="look for it with: ls")
@@ -189,7 +191,7 @@ def _champion(path: Path, arguments: Sequence[str], *, is_named: bool) -> Abstra
     ) -> None:
         chosen.update(scene=scene, seed=seed)
 
-    execute_own(f"elib run {path} --", choose, arguments, page=f"Drive an episode of the task {champion.task}.")
+    execute_own(f"elib run {quoted(path)} --", choose, arguments, page=f"Drive an episode of the task {champion.task}.")
     if not chosen:  # its page was asked for
         raise SystemExit(DONE)
     return one_episode(champion, **chosen)
@@ -285,7 +287,7 @@ class ProgramRun:
                 self.play(behaviour, **given_in(own, behaviour))
 
             command.__annotations__["own"] = Annotated[kind, Cli(name="*")]
-            execute_own(f"elib run {path} --", command, options, page=behaviour.doc)
+            execute_own(f"elib run {quoted(path)} --", command, options, page=behaviour.doc)
 
         run_file(path, arguments, has_driven=lambda: bool(self.robots), play=play_own)
 

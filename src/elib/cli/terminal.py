@@ -5,7 +5,9 @@ from __future__ import annotations
 import enum
 import json
 import os
+import shlex
 import shutil
+import subprocess
 import sys
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, Self, TextIO
@@ -39,6 +41,12 @@ def json_line(value: object) -> str:
     from elib.link.protocol.words import to_json  # the list of commands needs no protocol
 
     return json.dumps(to_json(value), ensure_ascii=False)
+
+
+def quoted(path: str | os.PathLike[str]) -> str:
+    """Return a path as a person types it to a shell."""
+    text = os.fspath(path)
+    return subprocess.list2cmdline([text]) if sys.platform == "win32" else shlex.quote(text)
 
 
 def has_colour(stream: TextIO) -> bool:

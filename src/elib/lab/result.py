@@ -56,7 +56,7 @@ def read_result(path: Path) -> Result:
     """Read such a file."""
     try:
         return msgspec.json.decode(read_file(path, "the result", largest=MAX_SIZE), type=Result)
-    except msgspec.MsgspecError as error:
+    except (ValueError, RecursionError) as error:  # a bad byte is not an error of msgspec
         hint = "save it again where the program was checked"
         raise ArgumentError(f"{path} is not the result of a check: {error}", hint=hint) from None
 

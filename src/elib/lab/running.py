@@ -285,4 +285,5 @@ class PlainProgram:
             while piece := stream.read1(65536):  # type: ignore[attr-defined]  # a pipe is a buffered reader
                 self._output += piece[: MAX_OUTPUT - len(self._output)]
                 if self._shows is not None:
-                    self._shows(piece)
+                    with contextlib.suppress(OSError):  # no one reads any more what is shown; the program goes on
+                        self._shows(piece)

@@ -159,9 +159,10 @@ class BehaviourRunner:
 
     def pause(self, reason: str = "paused") -> None:
         """Stop the robot, and let the behaviour wait until :meth:`resume`. Safe to repeat."""
-        if self._going_on is not None:
-            self._going_on.cancel()
-        if self.phase is RunPhase.RUNNING and self._interlock is not None:
+        goes_on, self._going_on = self._going_on, None
+        if goes_on is not None:
+            goes_on.cancel()  # the old speed may be on its way to the robot, so the wheels are stopped below
+        if (self.phase is RunPhase.RUNNING or goes_on is not None) and self._interlock is not None:
             self._interlock.pause()
             self.phase, self.reason = RunPhase.PAUSED, reason
             self._slot.drive.halt()
@@ -301,7 +302,8 @@ class BehaviourRunner:
                 self.phase, self.reason = RunPhase.RUNNING, ""
                 self._slot.note(f"{self.name} continues", kind="state")
         finally:
-            self._going_on = None
+            if self._going_on is asyncio.current_task():
+                self._going_on = None
 
     def _heard(self, event: RunEvent, began: float) -> None:
         if isinstance(event, StateChanged):

@@ -289,10 +289,12 @@ class Panel:
         return listed
 
     def files(self) -> FileList:
-        """Return what the folder has."""
-        found = [
-            (path.name, (stat := path.stat()).st_mtime, stat.st_size) for path in self.folder.path.glob(f"*{RECORDING}")
-        ]
+        """Return what the folder has; recordings that could not be opened by their names are left out."""
+        found = []
+        for path in self.folder.path.glob(f"*{RECORDING}"):
+            with contextlib.suppress(ArgumentError, OSError):
+                stat = self.folder.file(path.name, RECORDING).stat()
+                found.append((path.name, stat.st_mtime, stat.st_size))
         recordings = sorted(found, key=lambda each: -each[1])[:MAX_FILES]
         return FileList(recordings, self.folder.free("run", LOG), self.folder.free("run", RECORDING))
 

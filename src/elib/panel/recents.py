@@ -81,7 +81,7 @@ class RecentRobots:
             return [], True
         try:
             found = msgspec.json.decode(data[:MAX_BYTES], type=_Kept).robots
-        except (msgspec.DecodeError, RecursionError):
+        except (ValueError, RecursionError):  # a bad byte is not an error of msgspec
             return [], True
         urls: dict[str, None] = {}
         for each in found:

@@ -95,6 +95,7 @@ class Slot:
         self._tasks = Tasks()
         self._doctor: asyncio.Task[None] | None = None
         self._opening: asyncio.Task[bool] | None = None
+        self.is_always_read = False  # whether its sensors are read while no page is open, too: a door needs them
         self._pages: set[str] = set()
         self._viewers: set[str] = set()
         self._has_live_camera = False
@@ -465,15 +466,15 @@ class Slot:
     def leave(self, page: str) -> None:
         """Note that a page is closed: if it drove, the robot stops; with the last page the behaviour ends.
 
-        After the last page the robot's sensors are no longer read, unless a log or a recording is written. A page that
-        is only hidden calls ``drive.leave(page)`` instead.
+        After the last page the robot's sensors are no longer read, unless a door needs them, or a log or a recording is
+        written. A page that is only hidden calls ``drive.leave(page)`` instead.
         """
         self.drive.leave(page)
         self.look_away(page)
         self._pages.discard(page)
         if not self._pages:
             self.runner.halt("ended, because the last page was closed")
-            if not self.records.is_writing:
+            if not self.records.is_writing and not self.is_always_read:
                 self.watcher.rest()
 
     # -- events --

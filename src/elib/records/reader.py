@@ -289,6 +289,6 @@ def _data_of(content: bytes, decoder: Decoder[Any]) -> dict[str, Any] | None:
             data = msgspec.to_builtins(data)
         else:
             data["time"] = msgspec.convert(data["time"], Time)
-    except (msgspec.MsgspecError, KeyError, RecursionError):
+    except (ValueError, KeyError, RecursionError):  # a bad byte is not an error of msgspec
         return None
     return cast("dict[str, Any]", data)

@@ -96,7 +96,7 @@ class Driver:
         self._end: asyncio.Future[str] | None = None
         self._hand = slot.drive.on_hand
         slot.drive.on_hand = self._on_hand
-        slot.join(NAME)  # the sensors are read, and a behaviour goes on, also while no page is open
+        slot.is_always_read = True
 
     # -- what is known --
 
@@ -212,15 +212,19 @@ class Driver:
         except ElibError:
             guard.end()
             raise
+        self.slot.join(NAME)  # its behaviour goes on when the last page is closed
 
         async def run() -> None:
             await runner.finished(math.inf)
             if runner.phase is RunPhase.FAILED and not guard.is_over:
                 raise ArgumentError(runner.error)
 
-        outcome = await self._act(
-            f"run_behaviour {name}", guard, self._loop.create_task(run()), runner.halt, seconds, nothing_seen
-        )
+        try:
+            outcome = await self._act(
+                f"run_behaviour {name}", guard, self._loop.create_task(run()), runner.halt, seconds, nothing_seen
+            )
+        finally:
+            self.slot.leave(NAME)
         outcome.lines = [f"{time:.1f} s: {text}" for time, text in runner.lines][-20:]
         return outcome
 

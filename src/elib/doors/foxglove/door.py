@@ -134,7 +134,7 @@ class FoxgloveDoor(ServerListener):
     async def tick(self) -> None:
         """Follow links, cameras, parameters and event logs."""
         for slot in self._slots.values():
-            slot.join(VIEWER)
+            slot.is_always_read = True
         while True:
             for key, topics in self._topics.items():
                 slot = self._slots[key]

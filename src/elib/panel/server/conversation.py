@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import inspect
+import json
 import logging
 import re
 import secrets
@@ -323,7 +324,7 @@ class Caller:
                 raise result
             if not number:
                 return
-            data = msgspec.json.encode(Answer(id=number, result=result))
+            data = _encoded(Answer(id=number, result=result))
         except ElibError as error:
             data = _failure(number, Trouble.of(error))
         except Exception as error:
@@ -341,7 +342,7 @@ class Caller:
 
     async def tell(self, message: Told) -> None:
         """Send a message."""
-        await self.send(msgspec.json.encode(message))
+        await self.send(_encoded(message))
 
     async def send(self, data: bytes, *, is_text: bool = True) -> None:
         """Send a message, and wait for nothing; a caller that is gone gets none."""
@@ -356,5 +357,13 @@ class Caller:
         await self._requests.end()
 
 
+def _encoded(message: Told) -> bytes:
+    try:
+        return msgspec.json.encode(message)
+    except UnicodeEncodeError:  # a path that is not UTF-8, which json writes in ASCII; what is not finite is null
+        text = json.dumps(msgspec.to_builtins(message))
+        return json.dumps(json.loads(text, parse_constant=lambda _: None)).encode()
+
+
 def _failure(number: int, error: Trouble) -> bytes:
-    return msgspec.json.encode(Failure(id=number, error=error) if number else Error(error=error))
+    return _encoded(Failure(id=number, error=error) if number else Error(error=error))

@@ -368,7 +368,8 @@ class Server:
         return Callers(partial(Page, panel, decode), most, full, (MESSAGES, MESSAGES_AT_ONCE))
 
     async def _socket(self, request: web.Request) -> web.StreamResponse:
-        if "Origin" not in request.headers:  # browsers name it for every WebSocket
+        # Browsers name it for every WebSocket, and not when the page asks why it got none.
+        if "Upgrade" in request.headers and "Origin" not in request.headers:
             return web.Response(status=403, text="Only the page itself may connect.")
         if "Sec-WebSocket-Protocol" in request.headers:
             return web.Response(status=400, text="This address is for WebSockets.")

@@ -8,19 +8,19 @@ from __future__ import annotations
 
 import asyncio
 import inspect
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Annotated, Literal, Union, get_type_hints
 
 from msgspec import Meta, Struct
 from msgspec.json import Decoder
 
-from elib.base.errors import ArgumentError
+from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import write_file
 from elib.link.protocol.quantities import CameraMode
 from elib.panel import console
-from elib.panel.behaviours import source_of
+from elib.panel.behaviours import BehaviourRunner, source_of
 from elib.panel.files import LOG, MAP, RECORDING, WORLD
-from elib.panel.panel import FileList
+from elib.panel.panel import FileList, check_standing
 from elib.panel.server.conversation import Answer, Decoded, Error, Failure, Message, Table, Told, decoded, message_of
 from elib.panel.server.page import Hello, OverviewStream, Page, RobotStream, Stream, StudyStream, Update, Wish
 from elib.panel.server.world import Change, NewScene, Readings, ReadingsStream, WorldStream
@@ -125,7 +125,9 @@ def add(page: Page, url: Text) -> list[str]:
 @request("connect")
 async def remove(page: Page, robot: Key) -> None:
     """Disconnect a robot and take it out of the panel."""
+    slot = page.panel.slot(robot)
     await asyncio.shield(page.panel.remove(robot))  # also when the page is closed meanwhile
+    check_standing([slot.name] if slot.drive.may_move else [])  # its event log is out of sight now
 
 
 @request("connect")
@@ -260,34 +262,42 @@ def live(page: Page, robot: Key, seconds: float | None) -> None:
 # -- behaviours --
 
 
+def _each(page: Page, robots: Sequence[str], act: Callable[[BehaviourRunner], object]) -> None:
+    """Act on the behaviours of all robots, also after one that refuses; then raise the first error."""
+    errors = []
+    for key in robots:
+        try:
+            act(page.panel.slot(key).runner)
+        except ElibError as error:
+            errors.append(error)
+    if errors:
+        raise errors[0]
+
+
 @request("program")
 def behave(
     page: Page, robots: Keys, name: Name, options: Mapping[Name, bool | int | float | Text] | None = None
 ) -> None:
     """Start a behaviour on some robots."""
-    for key in robots:
-        page.panel.slot(key).runner.start(name, options)
+    _each(page, robots, lambda runner: runner.start(name, options))
 
 
 @request("program")
 def pause_behaviour(page: Page, robots: Keys) -> None:
     """Let the behaviour of some robots wait."""
-    for key in robots:
-        page.panel.slot(key).runner.pause()
+    _each(page, robots, lambda runner: runner.pause())
 
 
 @request("program")
 def resume_behaviour(page: Page, robots: Keys) -> None:
     """Let the behaviour of some robots go on."""
-    for key in robots:
-        page.panel.slot(key).runner.resume()
+    _each(page, robots, lambda runner: runner.resume())
 
 
 @request("program")
 def end_behaviour(page: Page, robots: Keys) -> None:
     """End the behaviour of some robots."""
-    for key in robots:
-        page.panel.slot(key).runner.halt()
+    _each(page, robots, lambda runner: runner.halt())
 
 
 @request("program")
