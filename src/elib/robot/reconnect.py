@@ -298,8 +298,11 @@ class Reconnector(ForwardingChannel):
                 reason = error if isinstance(error, ElibError) else reason
                 await self._session.close()
             except Exception as error:
-                defect = f"{self._url} could not be opened again: {error!r}"
-                self._give_up(LinkLost(defect, hint="this is a defect of elib; please report it"))
+                lost = LinkLost(
+                    f"{self._url} could not be opened again: {error!r}",
+                    hint="this is a defect of elib; please report it",
+                )
+                self._give_up(lost)
                 raise
             else:
                 self._task = None
