@@ -334,6 +334,27 @@ async def test_what_is_not_kept_cannot_delete_a_program_of_its_name(page: Page) 
     assert await page.tab.run("localStorage['elib-program:square.py']") == "# mine\n"
 
 
+async def test_a_new_name_for_what_is_not_kept_leaves_the_program_of_the_old_one(page: Page) -> None:
+    kept = "['lab', 'begun', 'two', 'ours'].map((name) => localStorage[`elib-program:${name}.py`])"
+    await page.tab.run("localStorage['elib-program:lab.py'] = '# solved\\n', 0")
+    await page.show("lab.py", "# from the beginning\n")
+    await page.tab.run("elib.rename('begun.py')")
+    await page.show("two.py", "# as it was\n")
+    await page.tab.run("elib.save(true)")
+    key = "elib-program:two.py"
+    await page.tab.run(f"localStorage['{key}'] = '# by another window\\n', 0")
+    await page.tab.run(f"dispatchEvent(new StorageEvent('storage', {{ key: '{key}' }}))")
+    await page.tab.run("elib.rename('ours.py')")
+    assert await page.tab.run(kept) == [
+        "# solved\n",
+        "# from the beginning\n",
+        "# by another window\n",
+        "# as it was\n",
+    ]
+    await page.tab.run("elib.rename('theirs.py')")
+    assert await page.tab.run("[elib.name.value, elib.names.value.includes('ours.py')]") == ["theirs.py", False]
+
+
 async def test_a_program_that_is_stopped_while_it_is_paused_ends_by_itself(page: Page) -> None:
     await page.show("paused.py", STEPS)
     await page.click(f"[...{ROOT}.querySelectorAll('.cm-lineNumbers > *')].find((line) => line.innerText === '6')")
