@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from base64 import b64encode
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -10,6 +11,9 @@ import pytest
 import pytest_asyncio
 from browser import Tab, browser, needs_browser
 from studio_rig import Server
+from test_labs import zipped
+
+from elib.lab import load_lab
 
 pytestmark = [pytest.mark.long, needs_browser, pytest.mark.asyncio(loop_scope="module")]
 
@@ -322,6 +326,32 @@ async def test_a_check_shows_what_is_reached_and_an_error_at_its_line(page: Page
     await page.tab.run("elib.open('own.py')")
     await page.tab.until(f"elib.lab.value === null && {OUTPUT} === ''")
     await page.tab.until("document.querySelector('.labs')?.innerText.includes('Best check')")
+    await page.click(LABS)
+
+
+async def test_a_zipped_lab_is_still_there_after_a_program_that_had_to_be_ended(page: Page) -> None:
+    lab = load_lab("go-10-cm").folder
+    content = b64encode(zipped(lab)).decode()
+    await page.click(LABS)
+    await page.tab.until("[...document.querySelectorAll('.labs button')].at(-1)?.disabled === false")
+    await page.tab.run(
+        f"((data, input) => (data.items.add(new File([Uint8Array.fromBase64('{content}')], 'a.zip')),"
+        " input.files = data.files, input.dispatchEvent(new Event('change', { bubbles: true }))))"
+        "(new DataTransfer(), document.querySelector('.labs input'))"
+    )
+    await page.tab.until("elib.lab.value?.name === 'my-go-10-cm'")
+    await page.tab.run("elib.change({ from: 0, to: elib.textNow().length, insert: 'sum(range(10**12))' })")
+    await page.run()
+    await page.tab.until(f"{STATE} === 'running' && elib.isSilent.value")
+    await page.tab.key("Escape", "Escape")
+    await page.tab.until(f"{STATE} === 'idle'")
+    text = (lab / "teacher/solution.py").read_text()
+    await page.tab.run(f"elib.change({{ from: 0, to: elib.textNow().length, insert: {json.dumps(text)} }})")
+    await page.run()  # at once: it waits for Python
+    await page.ended()
+    await page.tab.until(f"{REACHED} === 3")
+    await page.click(LAB.format("Check"))
+    await page.tab.until("elib.report.value?.points === elib.report.value?.most && elib.report.value")
     await page.click(LABS)
 
 
