@@ -191,6 +191,23 @@ async def test_a_breakpoint_holds_the_robot_and_shows_the_variables(page: Page) 
     await page.ended()
 
 
+async def test_what_runs_neither_marks_nor_obeys_lines_of_another_program_that_is_opened_meanwhile(page: Page) -> None:
+    await page.show("runs.py", WRONG.replace("3, 0", "0, 0") + "    robot.sleep(0.1)\n    robot.set_speed(3, 0)\n")
+    await page.click(f"[...{ROOT}.querySelectorAll('.cm-lineNumbers > *')].find((line) => line.innerText === '4')")
+    await page.run()
+    await page.tab.until(f"{STATE} === 'paused'")
+    await page.show("meanwhile.py", STEPS)
+    assert not await page.tab.run(f"!!{ROOT}.querySelector('.cm-paused')")
+    await page.tab.run("elib.open('runs.py')")
+    assert "set_speed(0, 0)" in str(await page.tab.until(f"{ROOT}.querySelector('.cm-paused')?.innerText"))
+    await page.show("meanwhile.py", STEPS)
+    await page.click(f"[...{ROOT}.querySelectorAll('.cm-lineNumbers > *')].find((line) => line.innerText === '5')")
+    await page.run()
+    assert "line 6" in await page.ended()
+    assert not await page.tab.run(f"!!{ROOT}.querySelector('.cm-wrong')")
+    assert await page.tab.run(f"{ROOT}.querySelector('.cm-activeLine').innerText") == "import elib"
+
+
 @pytest.mark.parametrize("style", STYLES)
 async def test_a_program_in_each_style_is_stepped_while_the_time_of_its_robots_stands_still(
     page: Page, style: str

@@ -10,7 +10,7 @@ import { ask, toast } from "../store";
 import type { Judged, LabNews } from "./messages";
 import * as programs from "./programs";
 import { lab } from "./programs";
-import { clear, isIdle, program, report } from "./run";
+import { clear, here, isIdle, report } from "./run";
 import { loading, zippedLabs } from "./wire";
 
 const ELSEWHERE = /^## Begin\n[^]*?(?=^## )/m; // what to type where elib is installed
@@ -115,7 +115,7 @@ function Variant({ of, before }: { of: Judged; before?: Judged }) {
 
 function Chosen({ chosen }: { chosen: LabNews }) {
   const { variants, file } = report.value ?? { variants: [], file: "" },
-    runs = variants.length ? variants : [program.value],
+    runs = variants.length ? variants : [here.value],
     hasReached = (wanted: string) =>
       runs.every(({ goals }) => goals.some(({ name, holds }) => name === wanted && holds)),
     [task, ...more] = chosen.text

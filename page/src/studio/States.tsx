@@ -6,7 +6,7 @@ import { undoInText } from "./editor";
 import { ArrowForm, StateForm } from "./StateForms";
 import { chosen, drawnFrom, edit, isBehind, isOpen, layOut, machine, put, trouble, type Chosen } from "./machine";
 import { beginMachine } from "./programs";
-import { program } from "./run";
+import { here } from "./run";
 import "./states.css";
 
 const AFTER_A_SECOND = { reading: "", path: ".time_in_state", comparison: ">", value: "1" } as const;
@@ -86,7 +86,7 @@ function drag(event: PointerEvent, box: HTMLElement) {
 
 function Picture() {
   const { svg } = machine.value!,
-    { states, state } = program.value;
+    { states, state } = here.value;
   return (
     <Machine
       {...{ svg, states: state === "idle" ? ["", ""] : states, chosen: keyOf(chosen.value), onKeyDown: onKey }}

@@ -11,7 +11,7 @@ import { colours, look } from "../look/codeMirror";
 import { help } from "./completion";
 import type { ProgramNews } from "./messages";
 import { edit, opened } from "./programs";
-import { breakpoints, program, shownLine } from "./run";
+import { breakpoints, here, shownLine } from "./run";
 
 const LABEL = "program; Tab indents, Escape and then Tab leaves the editor";
 const POINT = ".cm-breakpoints .cm-gutterElement";
@@ -147,9 +147,9 @@ export function editIn(box: HTMLElement) {
     breakpoints.value = [];
   });
   effect(() => {
-    const at = placeOf(program.value);
-    editor.dispatch({ effects: show.of(program.value) });
-    if (at && program.value.state !== "running") lookAt(at);
+    const at = placeOf(here.value);
+    editor.dispatch({ effects: show.of(here.value) });
+    if (at && here.value.state !== "running") lookAt(at);
   });
   effect(() => {
     if (!shownLine.value) return;
