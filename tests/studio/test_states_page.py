@@ -204,6 +204,19 @@ async def test_an_arrow_takes_several_conditions_that_must_all_hold(tab: Tab, wa
     assert "distances" not in await tab.run("elib.textNow()")
 
 
+@pytest.mark.parametrize("target", ["turn", "drive"])
+async def test_a_new_arrow_before_a_last_return_is_the_one_that_is_chosen(tab: Tab, target: str) -> None:
+    last = 'return "turn" if distances.ahead < 0.04 else None'
+    await show(tab, AVOIDER.replace('if distances.ahead < 0.04:\n        return "turn"', last))
+    hand = Hand(tab, is_mouse=False)
+    await hand.state("drive")
+    await hand.button("Arrow")
+    await hand.state(target)
+    await hand.reads("run.time_in_state > 1")
+    await hand.field("seconds", "2.5")
+    await hand.reads(f'    if run.time_in_state > 2.5:\n        return "{target}"\n    {last}')
+
+
 async def test_a_text_that_is_wrong_keeps_the_last_picture_and_says_why(tab: Tab) -> None:
     await show(tab, AVOIDER)
     await show_text(tab, AVOIDER.replace('return "turn"', 'return "turn'))

@@ -32,7 +32,13 @@ async function press(element: SVGGElement | null | undefined) {
       moves = states.find(({ name }) => name === source)!.items.some(({ command }) => MOTIONS.includes(command)),
       isFirst = arrows.every((each) => each.source !== source);
     if (await edit("add_arrow", { source, target, condition: moves && isFirst ? "" : AFTER_A_SECOND }))
-      chosen.value = { arrow: machine.value!.arrows.findLastIndex((each) => each.source === source) };
+      // It stands behind the other arrows of its state, or before a last return, which may lead to the same state.
+      chosen.value = {
+        arrow: machine.value!.arrows.findIndex(
+          ({ source: from, target: to, words }, k) =>
+            from === source && to === target && !(arrows[k]?.source === source && arrows[k].words === words),
+        ),
+      };
   } else chosen.value = element && target !== "end" ? chosenBy(element) : null;
 }
 
