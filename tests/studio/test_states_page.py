@@ -217,6 +217,20 @@ async def test_a_new_arrow_before_a_last_return_is_the_one_that_is_chosen(tab: T
     await hand.reads(f'    if run.time_in_state > 2.5:\n        return "{target}"\n    {last}')
 
 
+async def test_numbers_that_need_no_other_unit_stay_as_they_are_written(tab: Tab) -> None:
+    counts = "encoders = robot.encoders()\n    if encoders.left > 12345:"
+    await show(tab, AVOIDER.replace("distances = robot.distances()\n    if distances.ahead < 0.04:", counts))
+    hand = Hand(tab, is_mouse=False)
+    await hand.arrow(0)
+    shown = "document.querySelector('[aria-label=\"condition 1\"] input')?.value"
+    assert await tab.until(shown) == "12345"
+    await hand.field("steps", "123456")
+    await hand.reads("encoders.left > 123456:")
+    await hand.button("And …")
+    await hand.field("seconds", "100,25")
+    await hand.reads("encoders.left > 123456 and run.time_in_state > 100.25:")
+
+
 async def test_a_text_that_is_wrong_keeps_the_last_picture_and_says_why(tab: Tab) -> None:
     await show(tab, AVOIDER)
     await show_text(tab, AVOIDER.replace('return "turn"', 'return "turn'))
