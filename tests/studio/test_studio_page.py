@@ -402,6 +402,24 @@ async def test_a_new_name_for_what_is_not_kept_leaves_the_program_of_the_old_one
     assert await page.tab.run("[elib.name.value, elib.names.value.includes('ours.py')]") == ["theirs.py", False]
 
 
+async def test_on_a_phone_nothing_is_cut_off(page: Page) -> None:
+    await page.show("phone.py", STEPS)
+    await page.run()
+    await page.tab.size(390, 844, phone=True)
+    tab = "[...document.querySelectorAll('.parts .tab')].find((each) => each.innerText === '{}')"
+    await page.click(tab.format("Sensors"))
+    part, main = "document.querySelector('.part')", "document.querySelector('main')"
+    await page.tab.until(f"{part}?.scrollHeight > 400")
+    assert await page.tab.run(f"{part}.clientHeight <= {part}.parentElement.clientHeight"), (
+        "it cannot be scrolled to its end"
+    )
+    assert await page.tab.run(f"{main}.scrollWidth <= {main}.clientWidth"), "the page is wider than the screen"
+    await page.click(tab.format("World"))
+    await page.tab.size(1440, 900)
+    await page.tab.key("Escape", "Escape")
+    await page.ended()
+
+
 async def test_a_program_that_is_stopped_while_it_is_paused_ends_by_itself(page: Page) -> None:
     await page.show("paused.py", STEPS)
     await page.click(f"[...{ROOT}.querySelectorAll('.cm-lineNumbers > *')].find((line) => line.innerText === '6')")
