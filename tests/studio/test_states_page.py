@@ -231,6 +231,22 @@ async def test_numbers_that_need_no_other_unit_stay_as_they_are_written(tab: Tab
     await hand.reads("encoders.left > 123456 and run.time_in_state > 100.25:")
 
 
+async def test_what_is_chosen_on_a_phone_stays_in_view(tab: Tab) -> None:
+    await show(tab, AVOIDER + "#\n" * 50)
+    await tab.size(390, 844, phone=True)
+    await tab.drawn()
+    await tab.run("document.querySelector('main').scrollTo(0, 0)")
+    hand = Hand(tab, is_mouse=False)
+    for name in ("turn", "drive"):
+        await hand.state(name)
+        await hand.form(name)
+        await tab.drawn()
+        line = "document.querySelector('.code').shadowRoot.querySelector('.cm-activeLine')?.innerText"
+        await tab.until(f"{line}.startsWith('def {name}')")
+    assert await tab.run("document.querySelector('main').scrollTop") == 0
+    await tab.size(1440, 900)
+
+
 async def test_a_text_that_is_wrong_keeps_the_last_picture_and_says_why(tab: Tab) -> None:
     await show(tab, AVOIDER)
     await show_text(tab, AVOIDER.replace('return "turn"', 'return "turn'))
