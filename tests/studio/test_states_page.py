@@ -204,6 +204,49 @@ async def test_an_arrow_takes_several_conditions_that_must_all_hold(tab: Tab, wa
     assert "distances" not in await tab.run("elib.textNow()")
 
 
+@pytest.mark.parametrize("target", ["turn", "drive"])
+async def test_a_new_arrow_before_a_last_return_is_the_one_that_is_chosen(tab: Tab, target: str) -> None:
+    last = 'return "turn" if distances.ahead < 0.04 else None'
+    await show(tab, AVOIDER.replace('if distances.ahead < 0.04:\n        return "turn"', last))
+    hand = Hand(tab, is_mouse=False)
+    await hand.state("drive")
+    await hand.button("Arrow")
+    await hand.state(target)
+    await hand.reads("run.time_in_state > 1")
+    await hand.field("seconds", "2.5")
+    await hand.reads(f'    if run.time_in_state > 2.5:\n        return "{target}"\n    {last}')
+
+
+async def test_numbers_that_need_no_other_unit_stay_as_they_are_written(tab: Tab) -> None:
+    counts = "encoders = robot.encoders()\n    if encoders.left > 12345:"
+    await show(tab, AVOIDER.replace("distances = robot.distances()\n    if distances.ahead < 0.04:", counts))
+    hand = Hand(tab, is_mouse=False)
+    await hand.arrow(0)
+    shown = "document.querySelector('[aria-label=\"condition 1\"] input')?.value"
+    assert await tab.until(shown) == "12345"
+    await hand.field("steps", "123456")
+    await hand.reads("encoders.left > 123456:")
+    await hand.button("And …")
+    await hand.field("seconds", "100,25")
+    await hand.reads("encoders.left > 123456 and run.time_in_state > 100.25:")
+
+
+async def test_what_is_chosen_on_a_phone_stays_in_view(tab: Tab) -> None:
+    await show(tab, AVOIDER + "#\n" * 50)
+    await tab.size(390, 844, phone=True)
+    await tab.drawn()
+    await tab.run("document.querySelector('main').scrollTo(0, 0)")
+    hand = Hand(tab, is_mouse=False)
+    for name in ("turn", "drive"):
+        await hand.state(name)
+        await hand.form(name)
+        await tab.drawn()
+        line = "document.querySelector('.code').shadowRoot.querySelector('.cm-activeLine')?.innerText"
+        await tab.until(f"{line}.startsWith('def {name}')")
+    assert await tab.run("document.querySelector('main').scrollTop") == 0
+    await tab.size(1440, 900)
+
+
 async def test_a_text_that_is_wrong_keeps_the_last_picture_and_says_why(tab: Tab) -> None:
     await show(tab, AVOIDER)
     await show_text(tab, AVOIDER.replace('return "turn"', 'return "turn'))

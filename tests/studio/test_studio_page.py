@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from base64 import b64encode
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -10,6 +11,9 @@ import pytest
 import pytest_asyncio
 from browser import Tab, browser, needs_browser
 from studio_rig import Server
+from test_labs import zipped
+
+from elib.lab import load_lab
 
 pytestmark = [pytest.mark.long, needs_browser, pytest.mark.asyncio(loop_scope="module")]
 
@@ -187,6 +191,23 @@ async def test_a_breakpoint_holds_the_robot_and_shows_the_variables(page: Page) 
     await page.ended()
 
 
+async def test_what_runs_neither_marks_nor_obeys_lines_of_another_program_that_is_opened_meanwhile(page: Page) -> None:
+    await page.show("runs.py", WRONG.replace("3, 0", "0, 0") + "    robot.sleep(0.1)\n    robot.set_speed(3, 0)\n")
+    await page.click(f"[...{ROOT}.querySelectorAll('.cm-lineNumbers > *')].find((line) => line.innerText === '4')")
+    await page.run()
+    await page.tab.until(f"{STATE} === 'paused'")
+    await page.show("meanwhile.py", STEPS)
+    assert not await page.tab.run(f"!!{ROOT}.querySelector('.cm-paused')")
+    await page.tab.run("elib.open('runs.py')")
+    assert "set_speed(0, 0)" in str(await page.tab.until(f"{ROOT}.querySelector('.cm-paused')?.innerText"))
+    await page.show("meanwhile.py", STEPS)
+    await page.click(f"[...{ROOT}.querySelectorAll('.cm-lineNumbers > *')].find((line) => line.innerText === '5')")
+    await page.run()
+    assert "line 6" in await page.ended()
+    assert not await page.tab.run(f"!!{ROOT}.querySelector('.cm-wrong')")
+    assert await page.tab.run(f"{ROOT}.querySelector('.cm-activeLine').innerText") == "import elib"
+
+
 @pytest.mark.parametrize("style", STYLES)
 async def test_a_program_in_each_style_is_stepped_while_the_time_of_its_robots_stands_still(
     page: Page, style: str
@@ -325,6 +346,32 @@ async def test_a_check_shows_what_is_reached_and_an_error_at_its_line(page: Page
     await page.click(LABS)
 
 
+async def test_a_zipped_lab_is_still_there_after_a_program_that_had_to_be_ended(page: Page) -> None:
+    lab = load_lab("go-10-cm").folder
+    content = b64encode(zipped(lab)).decode()
+    await page.click(LABS)
+    await page.tab.until("[...document.querySelectorAll('.labs button')].at(-1)?.disabled === false")
+    await page.tab.run(
+        f"((data, input) => (data.items.add(new File([Uint8Array.fromBase64('{content}')], 'a.zip')),"
+        " input.files = data.files, input.dispatchEvent(new Event('change', { bubbles: true }))))"
+        "(new DataTransfer(), document.querySelector('.labs input'))"
+    )
+    await page.tab.until("elib.lab.value?.name === 'my-go-10-cm'")
+    await page.tab.run("elib.change({ from: 0, to: elib.textNow().length, insert: 'sum(range(10**12))' })")
+    await page.run()
+    await page.tab.until(f"{STATE} === 'running' && elib.isSilent.value")
+    await page.tab.key("Escape", "Escape")
+    await page.tab.until(f"{STATE} === 'idle'")
+    text = (lab / "teacher/solution.py").read_text()
+    await page.tab.run(f"elib.change({{ from: 0, to: elib.textNow().length, insert: {json.dumps(text)} }})")
+    await page.run()  # at once: it waits for Python
+    await page.ended()
+    await page.tab.until(f"{REACHED} === 3")
+    await page.click(LAB.format("Check"))
+    await page.tab.until("elib.report.value?.points === elib.report.value?.most && elib.report.value")
+    await page.click(LABS)
+
+
 async def test_what_is_not_kept_cannot_delete_a_program_of_its_name(page: Page) -> None:
     await page.tab.run("localStorage['elib-program:square.py'] = '# mine\\n', 0")
     await page.show("square.py", "# borrowed\n")
@@ -332,6 +379,45 @@ async def test_what_is_not_kept_cannot_delete_a_program_of_its_name(page: Page) 
     assert await page.tab.run(f"{button}.disabled")
     await page.tab.run("elib.forget()")
     assert await page.tab.run("localStorage['elib-program:square.py']") == "# mine\n"
+
+
+async def test_a_new_name_for_what_is_not_kept_leaves_the_program_of_the_old_one(page: Page) -> None:
+    kept = "['lab', 'begun', 'two', 'ours'].map((name) => localStorage[`elib-program:${name}.py`])"
+    await page.tab.run("localStorage['elib-program:lab.py'] = '# solved\\n', 0")
+    await page.show("lab.py", "# from the beginning\n")
+    await page.tab.run("elib.rename('begun.py')")
+    await page.show("two.py", "# as it was\n")
+    await page.tab.run("elib.save(true)")
+    key = "elib-program:two.py"
+    await page.tab.run(f"localStorage['{key}'] = '# by another window\\n', 0")
+    await page.tab.run(f"dispatchEvent(new StorageEvent('storage', {{ key: '{key}' }}))")
+    await page.tab.run("elib.rename('ours.py')")
+    assert await page.tab.run(kept) == [
+        "# solved\n",
+        "# from the beginning\n",
+        "# by another window\n",
+        "# as it was\n",
+    ]
+    await page.tab.run("elib.rename('theirs.py')")
+    assert await page.tab.run("[elib.name.value, elib.names.value.includes('ours.py')]") == ["theirs.py", False]
+
+
+async def test_on_a_phone_nothing_is_cut_off(page: Page) -> None:
+    await page.show("phone.py", STEPS)
+    await page.run()
+    await page.tab.size(390, 844, phone=True)
+    tab = "[...document.querySelectorAll('.parts .tab')].find((each) => each.innerText === '{}')"
+    await page.click(tab.format("Sensors"))
+    part, main = "document.querySelector('.part')", "document.querySelector('main')"
+    await page.tab.until(f"{part}?.scrollHeight > 400")
+    assert await page.tab.run(f"{part}.clientHeight <= {part}.parentElement.clientHeight"), (
+        "it cannot be scrolled to its end"
+    )
+    assert await page.tab.run(f"{main}.scrollWidth <= {main}.clientWidth"), "the page is wider than the screen"
+    await page.click(tab.format("World"))
+    await page.tab.size(1440, 900)
+    await page.tab.key("Escape", "Escape")
+    await page.ended()
 
 
 async def test_a_program_that_is_stopped_while_it_is_paused_ends_by_itself(page: Page) -> None:

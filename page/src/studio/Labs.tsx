@@ -10,8 +10,8 @@ import { ask, toast } from "../store";
 import type { Judged, LabNews } from "./messages";
 import * as programs from "./programs";
 import { lab } from "./programs";
-import { clear, isIdle, program, report } from "./run";
-import { loading } from "./wire";
+import { clear, here, isIdle, report } from "./run";
+import { loading, zippedLabs } from "./wire";
 
 const ELSEWHERE = /^## Begin\n[^]*?(?=^## )/m; // what to type where elib is installed
 const POINTS = "elib-points:"; // of the best check of a lab, in this browser's storage
@@ -25,8 +25,10 @@ const mostOf = ({ goals }: LabNews) => goals.reduce((sum, { points }) => sum + p
 const choose = (chosen: LabNews) => programs.open(`${chosen.name}.py`, chosen.start, "Where the lab begins", chosen);
 
 async function openFolder(file: Blob) {
-  const found = await ask("open_lab_folder", { zip: new Uint8Array(await file.arrayBuffer()).toBase64() });
+  const zip = new Uint8Array(await file.arrayBuffer()).toBase64(),
+    found = await ask("open_lab_folder", { zip });
   if (!found) return;
+  zippedLabs.set(found.name, zip);
   labs.value = [...labs.value.filter((each) => each.name !== found.name), found];
   choose(found);
 }
@@ -113,7 +115,7 @@ function Variant({ of, before }: { of: Judged; before?: Judged }) {
 
 function Chosen({ chosen }: { chosen: LabNews }) {
   const { variants, file } = report.value ?? { variants: [], file: "" },
-    runs = variants.length ? variants : [program.value],
+    runs = variants.length ? variants : [here.value],
     hasReached = (wanted: string) =>
       runs.every(({ goals }) => goals.some(({ name, holds }) => name === wanted && holds)),
     [task, ...more] = chosen.text

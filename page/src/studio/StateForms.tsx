@@ -31,7 +31,9 @@ function Field({ label, value, rule = "", change }: FieldProps) {
   );
 }
 
-const short = (number: number) => String(Number(number.toPrecision(4)));
+/** A number in another unit, short; in the same one it stays as it is. */
+const scaled = (number: number, scale: number) =>
+  String(scale === 1 ? number : Number((number * scale).toPrecision(4)));
 
 /** A number of the program in the unit of a person; what is no number stays Python. */
 function Quantity({ label, value, scale, change, ...rest }: FieldProps & { scale: number }) {
@@ -39,8 +41,8 @@ function Quantity({ label, value, scale, change, ...rest }: FieldProps & { scale
     back = (text: string) => text.replace(/^(-?\d+),(\d+)$/, "$1.$2");
   return (
     <Field
-      {...{ label, ...rest, value: isNumber ? short(Number(value) * scale) : value }}
-      change={(to) => change(to && !isNaN(Number(back(to))) ? short(Number(back(to)) / scale) : to)}
+      {...{ label, ...rest, value: isNumber ? scaled(Number(value), scale) : value }}
+      change={(to) => change(to && !isNaN(Number(back(to))) ? scaled(Number(back(to)), 1 / scale) : to)}
     />
   );
 }

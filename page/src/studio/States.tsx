@@ -6,7 +6,7 @@ import { undoInText } from "./editor";
 import { ArrowForm, StateForm } from "./StateForms";
 import { chosen, drawnFrom, edit, isBehind, isOpen, layOut, machine, put, trouble, type Chosen } from "./machine";
 import { beginMachine } from "./programs";
-import { program } from "./run";
+import { here } from "./run";
 import "./states.css";
 
 const AFTER_A_SECOND = { reading: "", path: ".time_in_state", comparison: ">", value: "1" } as const;
@@ -32,7 +32,13 @@ async function press(element: SVGGElement | null | undefined) {
       moves = states.find(({ name }) => name === source)!.items.some(({ command }) => MOTIONS.includes(command)),
       isFirst = arrows.every((each) => each.source !== source);
     if (await edit("add_arrow", { source, target, condition: moves && isFirst ? "" : AFTER_A_SECOND }))
-      chosen.value = { arrow: machine.value!.arrows.findLastIndex((each) => each.source === source) };
+      // It stands behind the other arrows of its state, or before a last return, which may lead to the same state.
+      chosen.value = {
+        arrow: machine.value!.arrows.findIndex(
+          ({ source: from, target: to, words }, k) =>
+            from === source && to === target && !(arrows[k]?.source === source && arrows[k].words === words),
+        ),
+      };
   } else chosen.value = element && target !== "end" ? chosenBy(element) : null;
 }
 
@@ -86,7 +92,7 @@ function drag(event: PointerEvent, box: HTMLElement) {
 
 function Picture() {
   const { svg } = machine.value!,
-    { states, state } = program.value;
+    { states, state } = here.value;
   return (
     <Machine
       {...{ svg, states: state === "idle" ? ["", ""] : states, chosen: keyOf(chosen.value), onKeyDown: onKey }}

@@ -120,7 +120,7 @@ function Part() {
 }
 
 const Parts = () => (
-  <div class="row parts" role="tablist" aria-label="parts of the robot">
+  <div class="row parts scrolls" role="tablist" aria-label="parts of the robot">
     {(["World", ...Object.keys(PARTS)] as (typeof part.value)[]).map((each) => (
       <button
         key={each}

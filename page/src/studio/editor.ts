@@ -11,9 +11,10 @@ import { colours, look } from "../look/codeMirror";
 import { help } from "./completion";
 import type { ProgramNews } from "./messages";
 import { edit, opened } from "./programs";
-import { breakpoints, program, shownLine } from "./run";
+import { breakpoints, here, shownLine } from "./run";
 
 const LABEL = "program; Tab indents, Escape and then Tab leaves the editor";
+const MARGIN = 60; // pixels above a line that is scrolled to
 const POINT = ".cm-breakpoints .cm-gutterElement";
 const NOTE = { display: "block", padding: "4px 0 6px", color: "var(--bad)", font: "var(--small)/1.45 var(--font)" };
 
@@ -130,10 +131,14 @@ let shown: view.EditorView;
 
 /** Change the text as one step that can be undone. */
 export const change = (changes: ChangeSpec) => shown.dispatch({ changes, userEvent: "input.states" });
-/** Scroll to a line, and set the cursor there. */
-export function lookAt(line: number) {
+/** Scroll to a line, and set the cursor there; the page stays where it is if only the text is to be scrolled. */
+export function lookAt(line: number, inText = false) {
   const anchor = shown.state.doc.line(Math.max(1, Math.min(line, shown.state.doc.lines))).from;
-  shown.dispatch({ selection: { anchor }, effects: view.EditorView.scrollIntoView(anchor, { yMargin: 60 }) });
+  shown.dispatch({
+    selection: { anchor },
+    effects: inText ? [] : view.EditorView.scrollIntoView(anchor, { yMargin: MARGIN }),
+  });
+  if (inText) shown.scrollDOM.scrollTop = shown.lineBlockAt(anchor).top - MARGIN;
 }
 export const undoInText = () => undo(shown);
 
@@ -147,9 +152,9 @@ export function editIn(box: HTMLElement) {
     breakpoints.value = [];
   });
   effect(() => {
-    const at = placeOf(program.value);
-    editor.dispatch({ effects: show.of(program.value) });
-    if (at && program.value.state !== "running") lookAt(at);
+    const at = placeOf(here.value);
+    editor.dispatch({ effects: show.of(here.value) });
+    if (at && here.value.state !== "running") lookAt(at);
   });
   effect(() => {
     if (!shownLine.value) return;

@@ -71,7 +71,7 @@ effect(() => {
   const it = chosen.value,
     { states, arrows } = machine.peek() ?? { states: [], arrows: [] },
     found = it && ("state" in it ? states.find(({ name }) => name === it.state) : arrows[it.arrow]);
-  if (found) lookAt(found.line);
+  if (found) lookAt(found.line, true); // what was clicked stays in view on a phone, too
 });
 effect(() => {
   if (!isIdle()) chosen.value = null; // the whole picture, to watch it

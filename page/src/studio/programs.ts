@@ -128,11 +128,11 @@ export function open(name: string, beginning = FIRST, from = "New", of: LabNews 
 }
 
 export function rename(wanted: string) {
-  const old = name.value;
-  if (wanted === old || !save(true)) return;
+  if (wanted === name.value || !save()) return;
+  const old = isOwn.value && name.value; // of what is not kept, another may have the name
   name.value = wanted;
   borrowed.value = "renamed"; // so the name that it gets is free
-  if (save(true)) localStorage.removeItem(KEPT + old);
+  if (save(true) && old) localStorage.removeItem(KEPT + old);
   names.value = listed();
 }
 

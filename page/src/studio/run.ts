@@ -3,7 +3,7 @@ import { computed, effect, signal } from "@preact/signals";
 import { stops } from "../stop";
 import { ask, onTold, tell } from "../store";
 import type { Asked, Output, ProgramNews, Report } from "./messages";
-import { imported, lab, name, opened, revision, save, textNow } from "./programs";
+import { imported, isOwn, lab, name, opened, revision, save, textNow } from "./programs";
 import { halt } from "./serial";
 import { loading, restart } from "./wire";
 
@@ -26,6 +26,12 @@ const NOTHING = {
 const IDLE: ProgramNews = { type: "program", state: "idle", ...NOTHING };
 
 export const program = signal(IDLE);
+const ran = signal({ as: "", of: opened.value }); // what is run or checked: its name, and how it was opened
+/** How the program that is open stands; another one may run meanwhile. */
+export const here = computed(() => {
+  const { as, of } = ran.value;
+  return opened.value === of || (isOwn.value && name.value === as) ? program.value : IDLE;
+});
 export const isIdle = () => program.value.state === "idle";
 export const isWaiting = signal(false); // Run was pressed while Python is loaded
 export const speed = signal(1);
@@ -43,6 +49,7 @@ let count = 0; // lines that were printed, and more where some were left out
 
 export function clear() {
   [printed, lines.value, count, report.value] = [[], [], 0, null];
+  ran.value = { as: name.peek(), of: opened.peek() };
 }
 
 /** Take what was printed; it is drawn with the next picture, however often something is printed until then. */
@@ -127,7 +134,7 @@ function press(event: KeyboardEvent) {
 effect(() => void (program.value.state === "paused" && halt()));
 effect(() => {
   const lines = breakpoints.value;
-  if (program.peek().state !== "idle") tell("set_breakpoints", { lines });
+  if (here.peek().state !== "idle") tell("set_breakpoints", { lines });
 });
 effect(() => {
   const now = { speed: speed.value };

@@ -1,6 +1,6 @@
 // Python, which runs in a worker of this page: how far it is loaded, and how it is ended.
 import { signal } from "@preact/signals";
-import { connect, hear } from "../store";
+import { connect, hear, tell } from "../store";
 import { confined } from "./confined";
 import { obey, speakWith } from "./serial";
 
@@ -8,6 +8,8 @@ const QUIET = 3000; // ms after Python is there until another is loaded, in case
 
 /** What is loaded, and how much of it, in words; empty once Python is there. */
 export const loading = signal("Loading Python");
+/** Labs that were opened, zipped, by name: each Python is told of them before anything else. */
+export const zippedLabs = new Map<string, string>();
 type Python = { worker: Worker; said: MessageEvent[] };
 let python: Python;
 let spare: Python | null = null;
@@ -29,6 +31,7 @@ export function begin() {
     if (loading.value) {
       connect((text) => worker.postMessage(text));
       speakWith((message) => worker.postMessage(message));
+      for (const zip of zippedLabs.values()) tell("open_lab_folder", { zip });
       setTimeout(() => (spare ??= load()), QUIET);
     }
     loading.value = "";
