@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 
 from elib.base.errors import ArgumentError
 from elib.cli import main
-from elib.tools.states.drawing import draw, layout
+from elib.tools.states.drawing import MAX_PARTS, draw, layout, picture_of
 from elib.tools.states.edits import EDITS, edited
 from elib.tools.states.picture import changes, machine_news
 from elib.tools.states.text import MachineText
@@ -87,6 +88,68 @@ def test_what_is_wrong_with_a_machine_is_told() -> None:
 def test_a_program_without_a_machine_says_so(text: str, words: str) -> None:
     with pytest.raises(ArgumentError, match=words):
         MachineText(text)
+
+
+@pytest.mark.parametrize(
+    ("call", "given"),
+    [
+        ("drive, turn, start='turn'", "'turn'"),
+        ("drive, turn, start=tu", "tu"),
+        ("drive, turn, start=ALL[0]", "ALL[0]"),
+        ("*some, drive, turn", "*some"),
+        ("make('x'), drive, turn", "make('x')"),
+    ],
+)
+def test_a_machine_whose_beginning_is_not_to_be_told_is_drawn_from_its_first_state(call: str, given: str) -> None:
+    text = HEAD + "    if near.ahead < 0.03:\n" + TAIL.replace("states(drive, turn)", f"states({call})")
+    assert 'data-state="turn"' in picture_of(text)
+    found = machine_news(text, {})
+    assert (found.start, found.problems) == (
+        "drive",
+        [f"it begins in {given}, which is not the name of a state (line 16)"],
+    )
+
+
+def test_states_without_names_are_refused_and_have_no_picture() -> None:
+    text = HEAD + "    if near.ahead < 0.03:\n" + TAIL.replace("states(drive, turn)", "states(*ALL)")
+    assert picture_of(text) == ""
+    with pytest.raises(ArgumentError, match="the states have no names here"):
+        machine_news(text, {})
+
+
+def test_a_long_sum_is_drawn_and_a_program_that_is_nested_too_deeply_is_refused() -> None:
+    text = HEAD + "    if near.ahead < 0.03:\n" + TAIL
+    assert picture_of(text.replace("    if", f"    x = {'+'.join('1' * 1200)}\n    if")) == picture_of(text)
+    nested = text.replace('return "drive"', "return " + '"drive" if robot else ' * 1200 + "None")
+    assert picture_of(nested) == ""
+    with pytest.raises(ArgumentError, match="nested too deeply"):
+        machine_news(nested, {})
+
+
+def machine_of(count: int) -> str:
+    names = [f"state_{number}" for number in range(count)]
+    return "".join(f"def {name}(robot):\n    pass\n" for name in names) + f"elib.states({', '.join(names)})"
+
+
+def test_the_work_to_read_a_program_grows_as_its_states_do_and_one_with_too_many_is_not_drawn(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seen, walk = [0], ast.walk
+    monkeypatch.setattr(ast, "walk", lambda node: [seen.append(1) or each for each in walk(node)])
+    work = []
+    for count in (20, 40):
+        seen.clear()
+        assert len(MachineText(machine_of(count)).states) == count
+        work.append(len(seen))
+    assert work[1] < 3 * work[0]
+    assert picture_of(machine_of(MAX_PARTS)) != picture_of(machine_of(MAX_PARTS + 1)) == ""
+
+
+@pytest.mark.parametrize("first", ["\ufeff", "# -*- coding: latin-1 -*-\n", "\ufeff# coding: latin-1\n"])
+def test_places_are_right_whatever_coding_the_first_line_names(first: str) -> None:
+    program = MachineText(f"{first}def dröhnen(r): 'ä'; return 'é'\ndef é(r): pass\nelib.states(dröhnen, é)")
+    after = edited(program, EDITS["rename_state"](program, "é", "z")).raw.decode()
+    assert after == f"{first}def dröhnen(r): 'ä'; return 'z'\ndef z(r): pass\nelib.states(dröhnen, z)"
 
 
 def test_every_reading_and_command_of_the_tables_has_a_form() -> None:

@@ -310,7 +310,7 @@ def targets(nodes: Iterable[ast.AST]) -> Iterator[tuple[ast.Return, ast.Constant
     for node in nodes:
         if isinstance(node, ast.Return):
             yield from ((node, name) for name in _names(node.value))
-        elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda | ast.ClassDef):
+        elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.expr):
             yield from targets(ast.iter_child_nodes(node))
 
 
