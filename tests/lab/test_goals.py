@@ -123,6 +123,7 @@ CASES = [
         r"0\.610 m, 1\.0 cm",
     ),
     ('kind = "measures"\nzone = "right"', "print('right 0.61 0.23')", False, r"0\.230 m, 3\.0 cm off"),
+    ('kind = "measures"\nzone = "right"', "print('right 0.5', 250_000 * '1')", False, "no line like"),
     ('kind = "measures"\nzone = "right"', "print('left 0.6 0.2')", False, 'no line like "right 0.50 0.40"'),
     ('kind = "maps"', f"{MAP}; print(grid.to_text())", True, "has 100% of .* and 100% .*; 100% of what is on it is"),
     (

@@ -512,7 +512,8 @@ class Measures(Goal):
 
     def _judge(self, trace: Trace) -> Finding:
         zone = trace.zones[self.zone]
-        found = re.findall(rf"^{re.escape(self.zone)} +(\d*\.?\d+) +(\d*\.?\d+)\s*$", trace.output, re.MULTILINE)
+        side = r" +(\d{0,9}\.?\d{1,30})"  # a limit, because a million digits would keep the search busy for hours
+        found = re.findall(rf"^{re.escape(self.zone)}{side}{side}\s*$", trace.output, re.MULTILINE)
         if not found:
             return False, f'printed no line like "{self.zone} 0.50 0.40"'
         told, real = sorted(map(float, found[-1])), sorted((zone.width, zone.depth))
