@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import ast
 import io
 import random
 import tokenize
+from collections import Counter
 from itertools import pairwise
 
 import pytest
 
 from elib.base.errors import ArgumentError
 from elib.tools.states.edits import EDITS, Splice, edited
-from elib.tools.states.text import MachineText
+from elib.tools.states.text import Arrow, MachineText, StateText
 from elib.tools.states.words import Condition
 from lanes import short
 
@@ -75,6 +77,8 @@ class Writer:
                 [f"{wait}robot.stop()"],
                 ['said = f"{robot.name}: {{}}"'],
                 ["x = [ 1,", "2 ]" + self.comment()],
+                [f"distances = {wait}robot.proximity()", "print(distances)"],
+                ["print(selector)"],
                 [""],
             )
             body += self.draw.choice(kinds)
@@ -173,6 +177,26 @@ def expected_conditions(before: list[str], part: int, condition: object) -> list
     return [*before[:part], *[None] * bool(condition), *before[part + 1 :]]
 
 
+def names_in(state: StateText) -> Counter[tuple[str, bool]]:
+    """How often a state uses each name, and how often it gives it a value."""
+    assert state.node is not None
+    names = [each for each in ast.walk(state.node) if isinstance(each, ast.Name)]
+    used = [(each.id, False) for each in names]
+    return Counter([*used, *((each.id, True) for each in names if isinstance(each.ctx, ast.Store))])
+
+
+def is_taken_before(program: MachineText, arrow: Arrow) -> bool:
+    """Whether each reading that a condition compares is taken above it."""
+    state = program.states[arrow.source]
+    begins = {item.node: program.span(item.node)[0] for item in state.items if item.kind == "look"}
+    compared = [each for each in ast.walk(arrow.test or ast.Pass()) if isinstance(each, ast.Name)]
+    return all(
+        each.id not in state.looks
+        or any(at < program.span(each)[0] and node.targets[0].id == each.id for node, at in begins.items())  # type: ignore[attr-defined]
+        for each in compared
+    )
+
+
 def taken_back(after: bytes, before: bytes, splices: list[Splice]) -> bytes:
     """Return the bytes before: each splice, the last place first, gives back what it replaced."""
     ordered = sorted(splices, key=lambda each: (each.begin, each.end))
@@ -220,6 +244,12 @@ def check(seed: int, edits: int) -> int:
             assert len(found) == len(wanted_ones), told
             pairs = zip(wanted_ones, found, strict=True)  # what stands alone needs no parentheses
             assert all(one is None or one.strip("()") == other.strip("()") for one, other in pairs), told
+        if name in ("add_arrow", "set_condition"):
+            used = {state.name: names_in(state) for state in program.states.values()}
+            for state in after.states.values():
+                given_anew = names_in(state) - used[state.name]
+                assert not any(is_set and used[state.name][each, False] for each, is_set in given_anew), told
+            assert all(is_taken_before(after, each) for each in after.arrows), told
         assert name != "set_start" or after.start == given[0], told
         assert len(after.arrows) - len(program.arrows) == (name == "add_arrow") or name.startswith("remove"), told
         assert after.raw.count(b"\r\n") == after.raw.count(b"\n") or b"\r" not in first, told
@@ -236,3 +266,46 @@ def check(seed: int, edits: int) -> int:
 def test_an_edit_changes_only_what_it_is_about_and_can_be_taken_back(lot: int) -> None:
     done = sum(check(seed, edits=90) for seed in range(20 * lot, 20 * lot + 20))
     assert done > 500
+
+
+TWO_ARROWS = """import elib
+speed = 0.3
+
+def drive(robot, run):
+    robot.set_speed(speed, speed)
+    if run.time > 3:
+        return "turn"
+    if run.time > 9:
+        return "end"
+
+def turn(robot, run):
+    distances = robot.proximity()
+    print(distances)
+    return "drive"
+
+elib.play(elib.states(drive, turn))
+"""
+
+
+def changed(text: str, name: str, *given: object) -> str:
+    program = MachineText(text)
+    return edited(program, EDITS[name](program, *given)).raw.decode()
+
+
+def test_a_condition_whose_reading_is_taken_below_it_takes_it_again() -> None:
+    near = Condition("distances", ".ahead", "<", "0.04")
+    text = changed(changed(TWO_ARROWS, "set_condition", 1, near), "set_condition", 0, near)
+    assert '    distances_now = robot.distances()\n    if distances_now.ahead < 0.04:\n        return "turn"' in text
+    assert '    distances = robot.distances()\n    if distances.ahead < 0.04:\n        return "end"' in text
+    again = changed(text, "add_arrow", "drive", "turn", near)
+    assert again.count("robot.distances()") == 2
+
+
+def test_a_reading_for_a_condition_gets_a_name_that_the_state_uses_for_nothing_else() -> None:
+    text = changed(TWO_ARROWS, "set_condition", 0, Condition("speed", ".left", ">", "0.1"))
+    assert "    speed_now = robot.speed()\n    if speed_now.left > 0.1:" in text
+    text = changed(TWO_ARROWS, "set_condition", 2, Condition("distances", ".ahead", "<", ".left"))
+    assert "    distances_now = robot.distances()\n    if distances_now.ahead < distances_now.left:" in text
+    mixed = TWO_ARROWS.replace("print(distances)", "distances = robot.distances()\n    distances = 3")
+    text = changed(mixed, "set_condition", 2, Condition("distances", ".ahead", "<", "0.04"))
+    assert "    distances_now = robot.distances()\n    if distances_now.ahead < 0.04:" in text

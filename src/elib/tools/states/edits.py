@@ -9,6 +9,7 @@ import ast
 import keyword
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Callable
 from typing import Annotated, TypeVar
 
@@ -164,7 +165,7 @@ def set_condition(program: MachineText, arrow: int, condition: Condition | Text,
     found = _plain(program, arrow)
     state, node = program.states[found.source], found.item.node
     body = _body(program, state)
-    test, look, before = _tested(program, state, condition)
+    test, look, before = _tested(program, state, condition, node)
     indent = program.indent(node)
     if look:
         before.append(_before(program, node, [indent + line for line in look]))
@@ -365,8 +366,28 @@ def _check_expression(text: str) -> None:
         raise ArgumentError("this must be on one line, without a comment")
 
 
-def _tested(program: MachineText, state: StateText, condition: Condition | str) -> tuple[str, list[str], list[Splice]]:
-    """Return the condition in Python, the line that takes its reading, and the parameter, if they are missing."""
+def _kept(program: MachineText, state: StateText, reading: str, before: ast.stmt | None) -> tuple[str, bool]:
+    """Return the name that is nothing but a reading, taken before a statement, and True; else a new one, and False."""
+    names = [each for each in ast.walk(state.node or ast.Pass()) if isinstance(each, ast.Name | ast.arg)]
+    written = Counter(each.id for each in names if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store))
+    kept = [each for each in state.items if each.keeps and each.call.func.attr == reading]  # type: ignore[union-attr]
+    for item in kept:
+        is_other = written[item.keeps] > sum(each.keeps == item.keeps for each in kept)
+        if not is_other and (before is None or program.span(item.node) < program.span(before)):
+            return item.keeps, True
+    taken = {each.id if isinstance(each, ast.Name) else each.arg for each in names}
+    while reading in taken:
+        reading += "_now"
+    return reading, False
+
+
+def _tested(
+    program: MachineText, state: StateText, condition: Condition | str, before: ast.stmt | None = None
+) -> tuple[str, list[str], list[Splice]]:
+    """Return the condition in Python, the line that takes its reading, and the parameter, if they are missing.
+
+    It will stand before a statement of the state, or at its end.
+    """
     if isinstance(condition, str):
         test = condition.strip()
         if test:
@@ -378,11 +399,10 @@ def _tested(program: MachineText, state: StateText, condition: Condition | str) 
     if not condition.reading:
         run, more = _with_run(program, state)
         return f"{run}{condition.path} {condition.comparison} {condition.value}", [], more
-    kept = next((name for name, reading in state.looks.items() if reading == condition.reading), None)
-    name = kept or condition.reading
+    name, is_kept = _kept(program, state, condition.reading, before)
     value = name * is_field + condition.value
     await_ = "await " * isinstance(state.node, ast.AsyncFunctionDef)
-    look = [] if kept else [f"{name} = {await_}{_robot(state)}.{condition.reading}()"]
+    look = [] if is_kept else [f"{name} = {await_}{_robot(state)}.{condition.reading}()"]
     if is_colour:
         return f"{'not ' * (condition.comparison == 'not seen')}{name}{condition.path}", look, []
     return f"{name}{condition.path} {condition.comparison} {value}", look, []
@@ -430,7 +450,7 @@ def _unneeded(program: MachineText, arrow: Arrow, test: str) -> list[Splice]:
     here = [each for each in ast.walk(arrow.test) if isinstance(each, ast.Name)] if arrow.test else []
     splices = []
     for item in state.items if state.node else ():
-        name = item.node.targets[0].id if item.kind == "look" else ""  # type: ignore[attr-defined]
+        name = item.keeps
         if name not in [each.id for each in here] or re.search(rf"\b{name}\b", test):
             continue
         named = [each for each in ast.walk(state.node) if isinstance(each, ast.Name) and each.id == name]  # type: ignore[arg-type]

@@ -37,6 +37,11 @@ class Item:
     on_entry: bool = False  # whether it is done only in the first step of the state
     call: ast.Call | None = None  # the command or the reading, of an action or a look
 
+    @property
+    def keeps(self) -> str:
+        """The name under which a look keeps its reading; empty for others."""
+        return self.node.targets[0].id if self.kind == "look" else ""  # type: ignore[attr-defined]  # it assigns to a name
+
 
 @dataclass(frozen=True, slots=True)
 class Arrow:
@@ -204,7 +209,7 @@ class MachineText:
         if node is None:
             return StateText(name, argument, None)
         items = tuple(self._items(node, node.body))
-        looks = {item.node.targets[0].id: item.call.func.attr for item in items if item.kind == "look"}  # type: ignore[attr-defined, union-attr]
+        looks = {item.keeps: item.call.func.attr for item in items if item.keeps}  # type: ignore[union-attr]
         return StateText(name, argument, node, items, looks)
 
     @cached_property
