@@ -309,3 +309,82 @@ def test_a_reading_for_a_condition_gets_a_name_that_the_state_uses_for_nothing_e
     mixed = TWO_ARROWS.replace("print(distances)", "distances = robot.distances()\n    distances = 3")
     text = changed(mixed, "set_condition", 2, Condition("distances", ".ahead", "<", "0.04"))
     assert "    distances_now = robot.distances()\n    if distances_now.ahead < 0.04:" in text
+
+
+INNER = """import elib
+
+def search(robot, run):
+    if run.time > 10:
+        return "rest"
+
+def rest(robot, run):
+    if run.time_in_state > 3:
+        return "end"
+
+explore = elib.states(search, name="explore")
+elib.play(elib.states(explore, rest))
+"""
+HELPED = """import elib
+
+def decide(near):
+    return "turn" if near else "drive"
+
+def drive(robot):
+    return decide(robot.distances().ahead < 0.04)
+
+def turn(robot):
+    return "drive"
+
+elib.play(elib.states(drive, turn))
+"""
+LOOKS_BACK = """import elib
+
+def drive(robot, run):
+    if run.previous_state == "turn":
+        robot.stop()
+
+def turn(robot):
+    return "drive"
+
+elib.play(elib.states(drive, turn))
+"""
+MATCHED = LOOKS_BACK.replace('if run.previous_state == "turn":', 'match run.previous_state:\n      case "turn":')
+
+
+@pytest.mark.parametrize(
+    ("text", "state", "line"), [(INNER, "rest", 5), (HELPED, "turn", 4), (LOOKS_BACK, "turn", 4), (MATCHED, "turn", 5)]
+)
+def test_a_state_that_more_than_arrows_name_is_neither_renamed_nor_removed(text: str, state: str, line: int) -> None:
+    for name, more in (("rename_state", ("other",)), ("remove_state", ())):
+        with pytest.raises(ArgumentError, match=f"line {line} names {state} too"):
+            changed(text, name, state, *more)
+
+
+METHODS = """import elib
+
+class Bull:
+    def drive(self, robot):
+        robot.turn(1.6)
+        return "turn"
+
+    def turn(self, robot):
+        self.turn
+        return "turn"
+
+    def machine(self):
+        return elib.states(self.drive, self.turn, start=self.turn, exits={self.turn: print})
+"""
+
+
+def test_a_method_that_is_a_state_is_renamed_wherever_it_is_named_and_not_removed_before() -> None:
+    after = changed(METHODS, "rename_state", "turn", "spin")
+    assert after == METHODS.replace("def turn", "def spin").replace("self.turn", "self.spin").replace(
+        '"turn"', '"spin"'
+    )
+    outside = METHODS.partition("    def machine")[0] + "bull = Bull()\nelib.states(bull.drive, bull.turn)\n"
+    after = changed(outside, "rename_state", "turn", "spin")
+    assert after.endswith("elib.states(bull.drive, bull.spin)\n")
+    assert "self.spin" in after
+    with pytest.raises(ArgumentError, match="line 13 names turn too"):
+        changed(METHODS, "remove_state", "turn")
+    assert "turn" not in changed(outside, "remove_state", "turn").replace("robot.turn", "")

@@ -85,14 +85,13 @@ def rename_state(program: MachineText, state: Text, name: Text) -> list[Splice]:
     before, written = definition[0].removesuffix(definition[1]), definition[1]  # Python reads letters of a kind as one
     at = begin + len(before.encode())
     spans = [(at, at + len(written.encode()))]
-    if isinstance(found.argument, ast.Name):
-        named = _named(program, state)
-        if any(isinstance(each, ast.arg) or isinstance(each.ctx, ast.Store) for each in named):
-            raise ArgumentError(f"{state} is the name of something else too", hint="rename it in the text")
-        spans += map(program.span, named)
-    if isinstance(found.argument, ast.Attribute):
-        end = program.span(found.argument)[1]
-        spans.append((end - len(program.source(found.argument).rpartition(".")[2].encode()), end))
+    named = _named(program, found)
+    if any(isinstance(each, ast.arg) or isinstance(each.ctx, ast.Store) for each in named):
+        raise ArgumentError(f"{state} is the name of something else too", hint="rename it in the text")
+    _check_texts(program, state, [])
+    for each in named:
+        end = program.span(each)[1]
+        spans.append((end - len(program.source(each).rpartition(".")[2].encode()), end))
     renamed = [Splice(*span, name) for span in spans]
     arrows = [_renamed(program, each, name) for each in program.arrows if each.target == state]
     return renamed + arrows
@@ -109,9 +108,10 @@ def remove_state(program: MachineText, state: Text) -> list[Splice]:
         if each.item.kind != "arrow":
             raise ArgumentError(f"{each.source} leads here in line {each.name.lineno}: {IN_CODE}", hint="edit the text")
     inside = [found.argument, *(ast.walk(found.node) if found.node else ())]
-    for node in _named(program, state) if isinstance(found.argument, ast.Name) else ():
+    for node in _named(program, found):
         if node not in inside:
-            raise ArgumentError(f"line {node.lineno} names {state} too", hint="change that in the text first")
+            raise _named_too(node, state)
+    _check_texts(program, state, inside)
     splices = [_without(program, each.item.node) for each in arrows]
     place = program.call.args.index(found.argument)
     spans = [program.span(each) for each in program.call.args]
@@ -306,13 +306,32 @@ def _new(program: MachineText, name: str) -> str:
     return name
 
 
-def _named(program: MachineText, name: str) -> list[ast.Name | ast.arg]:
-    """Return each place that names something so, but for definitions of functions."""
+def _named(program: MachineText, state: StateText) -> list[ast.Name | ast.arg | ast.Attribute]:
+    """Return each place that names the function of a state, but for definitions of functions."""
+    name = state.name
+    if isinstance(state.argument, ast.Attribute):
+        own = state.node.args.args[:1] if state.node else []  # in its class it is a method of `self`
+        owners = [program.source(state.argument.value), *(each.arg for each in own)]
+        attributes = [each for each in ast.walk(program.tree) if isinstance(each, ast.Attribute) and each.attr == name]
+        return [each for each in attributes if program.source(each.value) in owners]
     return [
         each
         for each in ast.walk(program.tree)
         if (isinstance(each, ast.Name) and each.id == name) or (isinstance(each, ast.arg) and each.arg == name)
     ]
+
+
+def _check_texts(program: MachineText, name: str, inside: list[ast.AST]) -> None:
+    """Raise an ArgumentError if more than the arrows names a state by a text, but for what is *inside* of it."""
+    known = [*inside, *(each.name for each in program.arrows)]
+    for each in ast.walk(program.tree):
+        for node in ast.walk(each) if isinstance(each, ast.Return | ast.Compare | ast.MatchValue) else ():
+            if isinstance(node, ast.Constant) and node.value == name and node not in known:
+                raise _named_too(node, name)
+
+
+def _named_too(node: ast.expr | ast.arg, name: str) -> ArgumentError:
+    return ArgumentError(f"line {node.lineno} names {name} too", hint="change that in the text first")
 
 
 def _body(program: MachineText, state: StateText) -> list[ast.stmt]:
