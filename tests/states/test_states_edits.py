@@ -388,3 +388,29 @@ def test_a_method_that_is_a_state_is_renamed_wherever_it_is_named_and_not_remove
     with pytest.raises(ArgumentError, match="line 13 names turn too"):
         changed(METHODS, "remove_state", "turn")
     assert "turn" not in changed(outside, "remove_state", "turn").replace("robot.turn", "")
+
+
+@pytest.mark.parametrize(
+    "call", ["drive, helper.turn", "drive, make('x')", "drive, *more", "helper.turn, drive, start=drive"]
+)
+def test_a_new_state_is_named_as_those_of_this_file_whatever_else_the_machine_has(call: str) -> None:
+    text = f"import elib\n\ndef drive(robot):\n    robot.stop()\n\nelib.states({call})\n"
+    after = changed(text, "add_state", "rest")
+    arguments, keyword, start = call.partition(", start")
+    assert f"elib.states({arguments}, rest{keyword}{start})" in after
+    assert "rest" in MachineText(after).states
+
+
+def test_a_new_state_of_functions_and_methods_is_as_the_last_of_them() -> None:
+    text = METHODS.partition("    def machine")[0] + "def go(robot, run):\n    pass\n\n"
+    after = changed(f"{text}bull = Bull()\nelib.states(go, bull.drive)\n", "add_state", "rest")
+    assert "\n    def rest(self, robot):\n" in after
+    assert after.endswith("elib.states(go, bull.drive, bull.rest)\n")
+    with pytest.raises(ArgumentError, match="add it in the text"):
+        changed(f"{text}elib.states(go, (go))\n", "add_state", "rest")
+
+
+def test_an_edit_goes_to_the_last_function_of_a_name_as_python_does() -> None:
+    text = TWO_ARROWS.replace("def turn(robot, run):", "def turn(robot, run):\n    pass\n\ndef turn(robot, run):")
+    assert changed(text, "add_action", "turn", "stop", {}, False).count("robot.stop()\n    return") == 1
+    assert MachineText(text).arrows[-1].target == "drive"

@@ -53,6 +53,8 @@ def add_state(program: MachineText, name: Text) -> list[Splice]:
     made = [each for each in program.states.values() if each.node is not None]
     if not made:
         raise ArgumentError("the functions of the states are in another file", hint="add the state there")
+    argument = made[-1].argument
+    made = [each for each in made if type(each.argument) is type(argument)]  # functions, or methods
     model = next((each for each in made if len(_parameters(each)) > 1), made[0])
     assert model.node is not None
     indent, step = program.indent(model.node), program.step
@@ -64,10 +66,12 @@ def add_state(program: MachineText, name: Text) -> list[Splice]:
     last = max((each.node for each in made if each.node is not None), key=lambda node: program.span(node))
     gap = [""] * (1 if indent else 2)
     lines = [*gap, indent + head, *(indent + line for line in body)]
-    argument = program.call.args[-1]
     named = re.sub(r"\w+$", name, program.source(argument))
-    at = program.span(argument)[1]
-    return [_after(program, last, lines), Splice(at, at, f", {named}")]
+    at = program.span(program.call.args[-1])[1]
+    splices = [_after(program, last, lines), Splice(at, at, f", {named}")]
+    if name not in edited(program, splices).states:
+        raise ArgumentError("the call of elib.states is written in an odd way", hint="add it in the text")
+    return splices
 
 
 @edit

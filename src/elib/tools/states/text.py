@@ -214,10 +214,10 @@ class MachineText:
 
     @cached_property
     def _functions(self) -> dict[tuple[str, bool], Function]:
-        """The functions by their names and whether they are methods, the outermost first."""
+        """The functions by their names and whether they are methods: the outermost, and of those the last."""
         found: dict[tuple[str, bool], Function] = {}
         for owner in ast.walk(self.tree):
-            for each in ast.iter_child_nodes(owner):
+            for each in reversed([*ast.iter_child_nodes(owner)]):
                 if isinstance(each, Function):
                     found.setdefault((each.name, isinstance(owner, ast.ClassDef)), each)
         return found
