@@ -414,3 +414,37 @@ def test_an_edit_goes_to_the_last_function_of_a_name_as_python_does() -> None:
     text = TWO_ARROWS.replace("def turn(robot, run):", "def turn(robot, run):\n    pass\n\ndef turn(robot, run):")
     assert changed(text, "add_action", "turn", "stop", {}, False).count("robot.stop()\n    return") == 1
     assert MachineText(text).arrows[-1].target == "drive"
+
+
+def test_an_arrow_is_removed_from_a_program_with_lambdas_and_conditional_expressions() -> None:
+    states = TWO_ARROWS.replace("\n", "\n    ")
+    text = f"fast = lambda: 0.3\nslow = 0.3 if fast() else 0.2\ndef main():\n    {states}"
+    after = text.replace('        if run.time > 9:\n            return "end"\n', "")
+    assert changed(text, "remove_arrow", 1) == after != text
+
+
+@pytest.mark.parametrize("word", ["global", "nonlocal"])
+def test_a_reading_that_other_functions_see_is_not_removed(word: str) -> None:
+    states = f"""
+def drive(robot):
+    {word} seen
+    seen = robot.distances()
+    if seen.ahead < 0.04:
+        return "turn"
+
+def turn(robot):
+    print(seen)
+
+elib.states(drive, turn)
+"""
+    text = "def main():\n    seen = 0" + states.replace("\n", "\n    ")
+    assert "seen = robot.distances()" in changed(text, "remove_arrow", 0)
+    assert "seen = robot.distances()" in changed(text, "set_condition", 0, "robot.time > 3")
+    with pytest.raises(ArgumentError, match="needs seen"):
+        changed(changed(text, "remove_arrow", 0), "remove_item", "drive", 1)
+
+
+def test_a_state_that_only_leads_to_one_that_is_removed_does_nothing() -> None:
+    text = TWO_ARROWS.replace("    robot.set_speed(speed, speed)\n", "").replace('"end"', '"turn"')
+    after = changed(text, "remove_state", "turn")
+    assert after.partition("def drive(robot, run):\n")[2] == "    pass\n\nelib.play(elib.states(drive))\n"

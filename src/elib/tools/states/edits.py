@@ -10,14 +10,14 @@ import keyword
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, TypeVar
 
 from msgspec import Meta, Struct
 
 from elib.base.errors import ArgumentError
 from elib.behaviours._run.states import END
-from elib.tools.states.text import Arrow, Item, MachineText, Span, StateText, arguments_of, parameters_of
+from elib.tools.states.text import Arrow, Function, Item, MachineText, Span, StateText, arguments_of, parameters_of
 from elib.tools.states.words import SEEN, Condition
 
 Text = Annotated[str, Meta(max_length=2000)]
@@ -116,7 +116,8 @@ def remove_state(program: MachineText, state: Text) -> list[Splice]:
         if node not in inside:
             raise _named_too(node, state)
     _check_texts(program, state, inside)
-    splices = [_without(program, each.item.node) for each in arrows]
+    gone = [each.item.node for each in arrows]
+    splices = [_without(program, each, gone[:number]) for number, each in enumerate(gone)]
     place = program.call.args.index(found.argument)
     spans = [program.span(each) for each in program.call.args]
     cut = (spans[place - 1][1], spans[place][1]) if place else (spans[0][0], spans[1][0])
@@ -254,9 +255,7 @@ def remove_item(program: MachineText, state: Text, item: int) -> list[Splice]:
     found = _item(program, state, item)
     if found.kind == "look":
         (name,) = found.node.targets  # type: ignore[attr-defined]  # a look is an assignment to one name
-        inside = ast.walk(_state(program, state).node or found.node)
-        named = [each for each in inside if isinstance(each, ast.Name) and each.id == name.id and each is not name]
-        if named:
+        if named := [each for each in _uses(_state(program, state), name.id) if each is not name]:
             raise ArgumentError(f"line {named[0].lineno} needs {name.id}", hint="change that first")
     return [_without(program, found.node)]
 
@@ -476,11 +475,21 @@ def _unneeded(program: MachineText, arrow: Arrow, test: str) -> list[Splice]:
         name = item.keeps
         if name not in [each.id for each in here] or re.search(rf"\b{name}\b", test):
             continue
-        named = [each for each in ast.walk(state.node) if isinstance(each, ast.Name) and each.id == name]  # type: ignore[arg-type]
+        named = _uses(state, name)
         rest = program.raw[program.span(item.node)[1] : program.line((item.node.end_lineno or 0) + 1)]
         if len(named) == 1 + sum(each.id == name for each in here) and not rest.strip():
             splices.append(_without(program, item.node))
     return splices if state.node and len(splices) + 1 < len(state.node.body) else []
+
+
+def _uses(state: StateText, name: str) -> list[ast.Name | ast.Global | ast.Nonlocal]:
+    """Return each place of a state that is about a variable, also what says that other functions see it."""
+    return [
+        each
+        for each in ast.walk(state.node or ast.Pass())
+        if (isinstance(each, ast.Name) and each.id == name)
+        or (isinstance(each, ast.Global | ast.Nonlocal) and name in each.names)
+    ]
 
 
 def _renamed(program: MachineText, arrow: Arrow, name: str) -> Splice:
@@ -510,15 +519,19 @@ def _at_end(program: MachineText, body: list[ast.stmt], lines: list[str]) -> Spl
     return _after(program, body[-1], lines)
 
 
-def _without(program: MachineText, node: ast.stmt) -> Splice:
-    """Return the splice that takes a statement away, with its lines; what may not be empty gets ``pass``."""
+def _without(program: MachineText, node: ast.stmt, gone: Sequence[ast.stmt] = ()) -> Splice:
+    """Return the splice that takes a statement away, with its lines; what would be empty gets ``pass``.
+
+    The statements in *gone* are taken away, too.
+    """
     begin, end = program.span(node)
     first, last = program.line(node.lineno), program.line((node.end_lineno or 0) + 1)
     alone = not program.raw[first:begin].strip() and re.fullmatch(rb"\s*(#.*)?\s*", program.raw[end:last])
     if not alone:
         raise ArgumentError("it shares its line with something else", hint="edit the text")
-    owner = next(each for each in ast.walk(program.tree) if node in getattr(each, "body", ()))
-    if len(owner.body) > 1:  # type: ignore[attr-defined]  # it has one
+    blocks = (each for each in ast.walk(program.tree) if isinstance(each, Function | ast.If))
+    owner = next(each for each in blocks if node in each.body)
+    if any(each is not node and each not in gone for each in owner.body):
         return Splice(first, last, "")
     if isinstance(owner, ast.If):
         return _without(program, owner)
