@@ -276,7 +276,10 @@ class TimeGoal(Goal):
     most: Seconds
 
     def _judge(self, trace: Trace) -> Finding:
-        text = f"done after {trace.time:.1f} s"
+        after, code = f"after {trace.time:.1f} s", trace.exit_code or 0
+        if code < 0:
+            return False, f"signal {-code} ended it {after}"
+        text = f"done {after}"
         return trace.has_ended and trace.time <= self.most, text if trace.has_ended else f"it was not {text}"
 
 
