@@ -5,16 +5,18 @@ from __future__ import annotations
 import ast
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import elib
 from elib.base.errors import ArgumentError
 from elib.cli import main
 from elib.tools.states.drawing import MAX_PARTS, draw, layout, picture_of
 from elib.tools.states.edits import EDITS, edited
 from elib.tools.states.picture import changes, machine_news
 from elib.tools.states.text import MachineText
-from elib.tools.states.words import Condition, forms
+from elib.tools.states.words import ACTIONS, Condition, forms
 
 SAMPLE = Path(__file__).parents[2] / "src/elib/behaviours/samples/states.py"
 HEAD = """import elib
@@ -160,6 +162,17 @@ def test_every_reading_and_command_of_the_tables_has_a_form() -> None:
         program = MachineText(SAMPLE.read_text())
         given = {argument.name: argument.value for argument in each.arguments}
         changes(program, EDITS["add_action"](program, "drive", each.name, given, True))
+
+
+def test_every_action_of_the_forms_runs_with_its_first_values() -> None:
+    program = MachineText("def go(robot):\n    return 'end'\n\nmachine = elib.states(go)\n")
+    for each in forms().actions:
+        given = {argument.name: argument.value for argument in each.arguments}
+        program = edited(program, EDITS["add_action"](program, "go", each.name, given, False))
+    names: dict[str, Any] = {"elib": elib}
+    exec(program.raw, names)
+    assert program.raw.count(b"robot.") == len(ACTIONS)
+    assert elib.play(names["machine"], "sim://?firmware=epuck2&speed=max", seconds=60).reason == "done"
 
 
 def test_methods_of_a_class_and_machines_are_states() -> None:
