@@ -223,6 +223,40 @@ def test_states_are_events_of_the_robot_with_run_play_and_within_a_behaviour() -
     assert elib.play(whole, SIM).states[0][1] == "short"
 
 
+def test_a_machine_that_ends_stops_its_robot_wherever_it_was_called_but_not_as_a_state_of_another() -> None:
+    async def rolls(robot: elib.Epuck) -> bool:
+        before = (await robot.encoders()).left
+        await robot.sleep(0.5)
+        return (await robot.encoders()).left > before + 100
+
+    async def go(robot: elib.Epuck, run: RunContext) -> str | None:
+        if run.entered:
+            await robot.set_speed(0.3, 0.3)
+        return "after" if run.time_in_state > 0.5 else None
+
+    async def after(robot: elib.Epuck, run: RunContext) -> str:
+        told.append(await rolls(robot))
+        return "end"
+
+    def roll(robot: elib.BlockingEpuck, run: RunContext) -> str | None:
+        robot.set_speed(0.3, 0.3)
+        return "end" if run.time_in_state > 0.5 else None
+
+    told: list[bool] = []
+
+    async def main(robot: elib.Epuck) -> None:
+        await elib.states(elib.states(go, name="inner"), after)(robot)
+        told.append(await rolls(robot))
+
+    elib.run(main, robot=SIM)
+    assert told == [True, False]
+    with elib.connect(SIM) as blocking:
+        elib.states(roll)(blocking)
+        before = blocking.encoders().left
+        blocking.sleep(0.5)
+        assert blocking.encoders().left < before + 100
+
+
 def test_a_swarm_runs_a_machine_for_each_robot() -> None:
     async def step(robot: elib.Epuck, run: RunContext) -> str | None:
         await robot.set_speed(0.2, 0.2)

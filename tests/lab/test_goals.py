@@ -87,6 +87,12 @@ CASES = [
     ('kind = "moved"\nleft = 0.2', f"{TURN}; {AHEAD}", True, "0.200 m to the left"),
     ('kind = "moved"\nahead = 0.1', AHEAD, False, "0.200 m ahead"),
     ('kind = "time"\nmost = 2', STAND, True, r"done after 1\.\d s"),
+    (
+        'kind = "time"\nmost = 2',
+        f"{STAND}; import os; os.kill(os.getpid(), 9)",
+        False,
+        r"signal 9 ended it after 1\.\d s",
+    ),
     ('kind = "time"\nmost = 1', STAND, False, r"done after 1\.\d s"),
     ('kind = "time"\nmost = 30', "robot.sleep(30)", False, "it was not done after 20.0 s"),
     (
@@ -123,6 +129,7 @@ CASES = [
         r"0\.610 m, 1\.0 cm",
     ),
     ('kind = "measures"\nzone = "right"', "print('right 0.61 0.23')", False, r"0\.230 m, 3\.0 cm off"),
+    ('kind = "measures"\nzone = "right"', "print('right 0.5', 250_000 * '1')", False, "no line like"),
     ('kind = "measures"\nzone = "right"', "print('left 0.6 0.2')", False, 'no line like "right 0.50 0.40"'),
     ('kind = "maps"', f"{MAP}; print(grid.to_text())", True, "has 100% of .* and 100% .*; 100% of what is on it is"),
     (
@@ -248,7 +255,8 @@ def judged(seed: int) -> Iterator[tuple[str, GoalResult]]:
 def test_every_verdict_on_drawn_runs_is_that_of_plain_loops(runs: int) -> None:
     """The digests come from the judge of commit 8882e5f6, which went through lists of poses one by one.
 
-    Only the words for a goal that needs another one are newer.
+    Newer are the words for a goal that needs another one, that it also needs what that one needs, and that a program
+    which a signal ended was not done.
     """
     found: dict[str, list[GoalResult]] = {}
     digests: dict[str, hashlib._Hash] = {}
@@ -282,6 +290,27 @@ needs = ["arrive"]
     _, careful = run_program(lab, f"import elib\nwith elib.connect() as robot:\n    {STAND}\n").goals
     assert (careful.holds, careful.text) == (False, "does not count, because goal arrive failed (touched nothing)")
     assert run_program(lab, f"import elib\nwith elib.connect() as robot:\n    {AHEAD}\n").passed
+
+
+def test_a_goal_does_not_hold_where_one_that_it_needs_does_not_count(tmp_path: Path) -> None:
+    goals = """
+[[goal]]
+name = "careful"
+kind = "no-contact"
+needs = ["still"]
+[[goal]]
+name = "still"
+kind = "distance"
+most = 0.1
+needs = ["arrive"]
+[[goal]]
+name = "arrive"
+kind = "moved"
+ahead = 0.2
+"""
+    found = run_program(lab_in(tmp_path, goals), f"import elib\nwith elib.connect() as robot:\n    {STAND}\n").goals
+    assert [each.holds for each in found] == [False] * 3
+    assert found[0].text == "does not count, because goal still failed (touched nothing)"
 
 
 def test_a_zone_of_one_variant_takes_the_place_of_the_general_one(tmp_path: Path) -> None:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import ast
 import io
 import random
 import tokenize
+from collections import Counter
 from itertools import pairwise
 
 import pytest
 
 from elib.base.errors import ArgumentError
 from elib.tools.states.edits import EDITS, Splice, edited
-from elib.tools.states.text import MachineText
+from elib.tools.states.text import Arrow, MachineText, StateText
 from elib.tools.states.words import Condition
 from lanes import short
 
@@ -75,6 +77,8 @@ class Writer:
                 [f"{wait}robot.stop()"],
                 ['said = f"{robot.name}: {{}}"'],
                 ["x = [ 1,", "2 ]" + self.comment()],
+                [f"distances = {wait}robot.proximity()", "print(distances)"],
+                ["print(selector)"],
                 [""],
             )
             body += self.draw.choice(kinds)
@@ -173,6 +177,26 @@ def expected_conditions(before: list[str], part: int, condition: object) -> list
     return [*before[:part], *[None] * bool(condition), *before[part + 1 :]]
 
 
+def names_in(state: StateText) -> Counter[tuple[str, bool]]:
+    """How often a state uses each name, and how often it gives it a value."""
+    assert state.node is not None
+    names = [each for each in ast.walk(state.node) if isinstance(each, ast.Name)]
+    used = [(each.id, False) for each in names]
+    return Counter([*used, *((each.id, True) for each in names if isinstance(each.ctx, ast.Store))])
+
+
+def is_taken_before(program: MachineText, arrow: Arrow) -> bool:
+    """Whether each reading that a condition compares is taken above it."""
+    state = program.states[arrow.source]
+    begins = {item.node: program.span(item.node)[0] for item in state.items if item.kind == "look"}
+    compared = [each for each in ast.walk(arrow.test or ast.Pass()) if isinstance(each, ast.Name)]
+    return all(
+        each.id not in state.looks
+        or any(at < program.span(each)[0] and node.targets[0].id == each.id for node, at in begins.items())  # type: ignore[attr-defined]
+        for each in compared
+    )
+
+
 def taken_back(after: bytes, before: bytes, splices: list[Splice]) -> bytes:
     """Return the bytes before: each splice, the last place first, gives back what it replaced."""
     ordered = sorted(splices, key=lambda each: (each.begin, each.end))
@@ -220,6 +244,12 @@ def check(seed: int, edits: int) -> int:
             assert len(found) == len(wanted_ones), told
             pairs = zip(wanted_ones, found, strict=True)  # what stands alone needs no parentheses
             assert all(one is None or one.strip("()") == other.strip("()") for one, other in pairs), told
+        if name in ("add_arrow", "set_condition"):
+            used = {state.name: names_in(state) for state in program.states.values()}
+            for state in after.states.values():
+                given_anew = names_in(state) - used[state.name]
+                assert not any(is_set and used[state.name][each, False] for each, is_set in given_anew), told
+            assert all(is_taken_before(after, each) for each in after.arrows), told
         assert name != "set_start" or after.start == given[0], told
         assert len(after.arrows) - len(program.arrows) == (name == "add_arrow") or name.startswith("remove"), told
         assert after.raw.count(b"\r\n") == after.raw.count(b"\n") or b"\r" not in first, told
@@ -236,3 +266,185 @@ def check(seed: int, edits: int) -> int:
 def test_an_edit_changes_only_what_it_is_about_and_can_be_taken_back(lot: int) -> None:
     done = sum(check(seed, edits=90) for seed in range(20 * lot, 20 * lot + 20))
     assert done > 500
+
+
+TWO_ARROWS = """import elib
+speed = 0.3
+
+def drive(robot, run):
+    robot.set_speed(speed, speed)
+    if run.time > 3:
+        return "turn"
+    if run.time > 9:
+        return "end"
+
+def turn(robot, run):
+    distances = robot.proximity()
+    print(distances)
+    return "drive"
+
+elib.play(elib.states(drive, turn))
+"""
+
+
+def changed(text: str, name: str, *given: object) -> str:
+    program = MachineText(text)
+    return edited(program, EDITS[name](program, *given)).raw.decode()
+
+
+def test_a_condition_whose_reading_is_taken_below_it_takes_it_again() -> None:
+    near = Condition("distances", ".ahead", "<", "0.04")
+    text = changed(changed(TWO_ARROWS, "set_condition", 1, near), "set_condition", 0, near)
+    assert '    distances_now = robot.distances()\n    if distances_now.ahead < 0.04:\n        return "turn"' in text
+    assert '    distances = robot.distances()\n    if distances.ahead < 0.04:\n        return "end"' in text
+    again = changed(text, "add_arrow", "drive", "turn", near)
+    assert again.count("robot.distances()") == 2
+
+
+def test_a_reading_for_a_condition_gets_a_name_that_the_state_uses_for_nothing_else() -> None:
+    text = changed(TWO_ARROWS, "set_condition", 0, Condition("speed", ".left", ">", "0.1"))
+    assert "    speed_now = robot.speed()\n    if speed_now.left > 0.1:" in text
+    text = changed(TWO_ARROWS, "set_condition", 2, Condition("distances", ".ahead", "<", ".left"))
+    assert "    distances_now = robot.distances()\n    if distances_now.ahead < distances_now.left:" in text
+    mixed = TWO_ARROWS.replace("print(distances)", "distances = robot.distances()\n    distances = 3")
+    text = changed(mixed, "set_condition", 2, Condition("distances", ".ahead", "<", "0.04"))
+    assert "    distances_now = robot.distances()\n    if distances_now.ahead < 0.04:" in text
+
+
+INNER = """import elib
+
+def search(robot, run):
+    if run.time > 10:
+        return "rest"
+
+def rest(robot, run):
+    if run.time_in_state > 3:
+        return "end"
+
+explore = elib.states(search, name="explore")
+elib.play(elib.states(explore, rest))
+"""
+HELPED = """import elib
+
+def decide(near):
+    return "turn" if near else "drive"
+
+def drive(robot):
+    return decide(robot.distances().ahead < 0.04)
+
+def turn(robot):
+    return "drive"
+
+elib.play(elib.states(drive, turn))
+"""
+LOOKS_BACK = """import elib
+
+def drive(robot, run):
+    if run.previous_state == "turn":
+        robot.stop()
+
+def turn(robot):
+    return "drive"
+
+elib.play(elib.states(drive, turn))
+"""
+MATCHED = LOOKS_BACK.replace('if run.previous_state == "turn":', 'match run.previous_state:\n      case "turn":')
+
+
+@pytest.mark.parametrize(
+    ("text", "state", "line"), [(INNER, "rest", 5), (HELPED, "turn", 4), (LOOKS_BACK, "turn", 4), (MATCHED, "turn", 5)]
+)
+def test_a_state_that_more_than_arrows_name_is_neither_renamed_nor_removed(text: str, state: str, line: int) -> None:
+    for name, more in (("rename_state", ("other",)), ("remove_state", ())):
+        with pytest.raises(ArgumentError, match=f"line {line} names {state} too"):
+            changed(text, name, state, *more)
+
+
+METHODS = """import elib
+
+class Bull:
+    def drive(self, robot):
+        robot.turn(1.6)
+        return "turn"
+
+    def turn(self, robot):
+        self.turn
+        return "turn"
+
+    def machine(self):
+        return elib.states(self.drive, self.turn, start=self.turn, exits={self.turn: print})
+"""
+
+
+def test_a_method_that_is_a_state_is_renamed_wherever_it_is_named_and_not_removed_before() -> None:
+    after = changed(METHODS, "rename_state", "turn", "spin")
+    assert after == METHODS.replace("def turn", "def spin").replace("self.turn", "self.spin").replace(
+        '"turn"', '"spin"'
+    )
+    outside = METHODS.partition("    def machine")[0] + "bull = Bull()\nelib.states(bull.drive, bull.turn)\n"
+    after = changed(outside, "rename_state", "turn", "spin")
+    assert after.endswith("elib.states(bull.drive, bull.spin)\n")
+    assert "self.spin" in after
+    with pytest.raises(ArgumentError, match="line 13 names turn too"):
+        changed(METHODS, "remove_state", "turn")
+    assert "turn" not in changed(outside, "remove_state", "turn").replace("robot.turn", "")
+
+
+@pytest.mark.parametrize(
+    "call", ["drive, helper.turn", "drive, make('x')", "drive, *more", "helper.turn, drive, start=drive"]
+)
+def test_a_new_state_is_named_as_those_of_this_file_whatever_else_the_machine_has(call: str) -> None:
+    text = f"import elib\n\ndef drive(robot):\n    robot.stop()\n\nelib.states({call})\n"
+    after = changed(text, "add_state", "rest")
+    arguments, keyword, start = call.partition(", start")
+    assert f"elib.states({arguments}, rest{keyword}{start})" in after
+    assert "rest" in MachineText(after).states
+
+
+def test_a_new_state_of_functions_and_methods_is_as_the_last_of_them() -> None:
+    text = METHODS.partition("    def machine")[0] + "def go(robot, run):\n    pass\n\n"
+    after = changed(f"{text}bull = Bull()\nelib.states(go, bull.drive)\n", "add_state", "rest")
+    assert "\n    def rest(self, robot):\n" in after
+    assert after.endswith("elib.states(go, bull.drive, bull.rest)\n")
+    with pytest.raises(ArgumentError, match="add it in the text"):
+        changed(f"{text}elib.states(go, (go))\n", "add_state", "rest")
+
+
+def test_an_edit_goes_to_the_last_function_of_a_name_as_python_does() -> None:
+    text = TWO_ARROWS.replace("def turn(robot, run):", "def turn(robot, run):\n    pass\n\ndef turn(robot, run):")
+    assert changed(text, "add_action", "turn", "stop", {}, False).count("robot.stop()\n    return") == 1
+    assert MachineText(text).arrows[-1].target == "drive"
+
+
+def test_an_arrow_is_removed_from_a_program_with_lambdas_and_conditional_expressions() -> None:
+    states = TWO_ARROWS.replace("\n", "\n    ")
+    text = f"fast = lambda: 0.3\nslow = 0.3 if fast() else 0.2\ndef main():\n    {states}"
+    after = text.replace('        if run.time > 9:\n            return "end"\n', "")
+    assert changed(text, "remove_arrow", 1) == after != text
+
+
+@pytest.mark.parametrize("word", ["global", "nonlocal"])
+def test_a_reading_that_other_functions_see_is_not_removed(word: str) -> None:
+    states = f"""
+def drive(robot):
+    {word} seen
+    seen = robot.distances()
+    if seen.ahead < 0.04:
+        return "turn"
+
+def turn(robot):
+    print(seen)
+
+elib.states(drive, turn)
+"""
+    text = "def main():\n    seen = 0" + states.replace("\n", "\n    ")
+    assert "seen = robot.distances()" in changed(text, "remove_arrow", 0)
+    assert "seen = robot.distances()" in changed(text, "set_condition", 0, "robot.time > 3")
+    with pytest.raises(ArgumentError, match="needs seen"):
+        changed(changed(text, "remove_arrow", 0), "remove_item", "drive", 1)
+
+
+def test_a_state_that_only_leads_to_one_that_is_removed_does_nothing() -> None:
+    text = TWO_ARROWS.replace("    robot.set_speed(speed, speed)\n", "").replace('"end"', '"turn"')
+    after = changed(text, "remove_state", "turn")
+    assert after.partition("def drive(robot, run):\n")[2] == "    pass\n\nelib.play(elib.states(drive))\n"

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import ast
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import elib
 from elib.base.errors import ArgumentError
 from elib.cli import main
-from elib.tools.states.drawing import draw, layout
+from elib.tools.states.drawing import MAX_PARTS, draw, layout, picture_of
 from elib.tools.states.edits import EDITS, edited
 from elib.tools.states.picture import changes, machine_news
 from elib.tools.states.text import MachineText
-from elib.tools.states.words import Condition, forms
+from elib.tools.states.words import ACTIONS, Condition, forms
 
 SAMPLE = Path(__file__).parents[2] / "src/elib/behaviours/samples/states.py"
 HEAD = """import elib
@@ -89,6 +92,68 @@ def test_a_program_without_a_machine_says_so(text: str, words: str) -> None:
         MachineText(text)
 
 
+@pytest.mark.parametrize(
+    ("call", "given"),
+    [
+        ("drive, turn, start='turn'", "'turn'"),
+        ("drive, turn, start=tu", "tu"),
+        ("drive, turn, start=ALL[0]", "ALL[0]"),
+        ("*some, drive, turn", "*some"),
+        ("make('x'), drive, turn", "make('x')"),
+    ],
+)
+def test_a_machine_whose_beginning_is_not_to_be_told_is_drawn_from_its_first_state(call: str, given: str) -> None:
+    text = HEAD + "    if near.ahead < 0.03:\n" + TAIL.replace("states(drive, turn)", f"states({call})")
+    assert 'data-state="turn"' in picture_of(text)
+    found = machine_news(text, {})
+    assert (found.start, found.problems) == (
+        "drive",
+        [f"it begins in {given}, which is not the name of a state (line 16)"],
+    )
+
+
+def test_states_without_names_are_refused_and_have_no_picture() -> None:
+    text = HEAD + "    if near.ahead < 0.03:\n" + TAIL.replace("states(drive, turn)", "states(*ALL)")
+    assert picture_of(text) == ""
+    with pytest.raises(ArgumentError, match="the states have no names here"):
+        machine_news(text, {})
+
+
+def test_a_long_sum_is_drawn_and_a_program_that_is_nested_too_deeply_is_refused() -> None:
+    text = HEAD + "    if near.ahead < 0.03:\n" + TAIL
+    assert picture_of(text.replace("    if", f"    x = {'+'.join('1' * 1200)}\n    if")) == picture_of(text)
+    nested = text.replace('return "drive"', "return " + '"drive" if robot else ' * 1200 + "None")
+    assert picture_of(nested) == ""
+    with pytest.raises(ArgumentError, match="nested too deeply"):
+        machine_news(nested, {})
+
+
+def machine_of(count: int) -> str:
+    names = [f"state_{number}" for number in range(count)]
+    return "".join(f"def {name}(robot):\n    pass\n" for name in names) + f"elib.states({', '.join(names)})"
+
+
+def test_the_work_to_read_a_program_grows_as_its_states_do_and_one_with_too_many_is_not_drawn(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seen, walk = [0], ast.walk
+    monkeypatch.setattr(ast, "walk", lambda node: [seen.append(1) or each for each in walk(node)])
+    work = []
+    for count in (20, 40):
+        seen.clear()
+        assert len(MachineText(machine_of(count)).states) == count
+        work.append(len(seen))
+    assert work[1] < 3 * work[0]
+    assert picture_of(machine_of(MAX_PARTS)) != picture_of(machine_of(MAX_PARTS + 1)) == ""
+
+
+@pytest.mark.parametrize("first", ["\ufeff", "# -*- coding: latin-1 -*-\n", "\ufeff# coding: latin-1\n"])
+def test_places_are_right_whatever_coding_the_first_line_names(first: str) -> None:
+    program = MachineText(f"{first}def dröhnen(r): 'ä'; return 'é'\ndef é(r): pass\nelib.states(dröhnen, é)")
+    after = edited(program, EDITS["rename_state"](program, "é", "z")).raw.decode()
+    assert after == f"{first}def dröhnen(r): 'ä'; return 'z'\ndef z(r): pass\nelib.states(dröhnen, z)"
+
+
 def test_every_reading_and_command_of_the_tables_has_a_form() -> None:
     found = forms()
     assert {"distances", "proximity", "selector", "ground", "distance"} <= {each.name for each in found.readings}
@@ -97,6 +162,17 @@ def test_every_reading_and_command_of_the_tables_has_a_form() -> None:
         program = MachineText(SAMPLE.read_text())
         given = {argument.name: argument.value for argument in each.arguments}
         changes(program, EDITS["add_action"](program, "drive", each.name, given, True))
+
+
+def test_every_action_of_the_forms_runs_with_its_first_values() -> None:
+    program = MachineText("def go(robot):\n    return 'end'\n\nmachine = elib.states(go)\n")
+    for each in forms().actions:
+        given = {argument.name: argument.value for argument in each.arguments}
+        program = edited(program, EDITS["add_action"](program, "go", each.name, given, False))
+    names: dict[str, Any] = {"elib": elib}
+    exec(program.raw, names)
+    assert program.raw.count(b"robot.") == len(ACTIONS)
+    assert elib.play(names["machine"], "sim://?firmware=epuck2&speed=max", seconds=60).reason == "done"
 
 
 def test_methods_of_a_class_and_machines_are_states() -> None:

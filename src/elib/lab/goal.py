@@ -226,10 +226,13 @@ def judge(goals: Sequence[Goal], trace: Trace, refusal: str = "") -> tuple[GoalR
     if refusal:
         return tuple(GoalResult(goal, False, refusal) for goal in goals)
     alone = {goal.name: goal.judge(trace) for goal in goals}
+    failed = {name for name, (holds, _) in alone.items() if not holds}
+    while more := {goal.name for goal in goals if failed.intersection(goal.needs)} - failed:
+        failed |= more
     found = []
     for goal in goals:
         holds, text = alone[goal.name]
-        missing = [name for name in goal.needs if not alone[name][0]] if holds else []
+        missing = [name for name in goal.needs if name in failed] if holds else []
         if missing:
             named = f"goal{'' if len(missing) == 1 else 's'} {' and '.join(missing)}"
             text = f"{MISSED}{named} failed ({text})"

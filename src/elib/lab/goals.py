@@ -276,7 +276,10 @@ class TimeGoal(Goal):
     most: Seconds
 
     def _judge(self, trace: Trace) -> Finding:
-        text = f"done after {trace.time:.1f} s"
+        after, code = f"after {trace.time:.1f} s", trace.exit_code or 0
+        if code < 0:
+            return False, f"signal {-code} ended it {after}"
+        text = f"done {after}"
         return trace.has_ended and trace.time <= self.most, text if trace.has_ended else f"it was not {text}"
 
 
@@ -512,7 +515,8 @@ class Measures(Goal):
 
     def _judge(self, trace: Trace) -> Finding:
         zone = trace.zones[self.zone]
-        found = re.findall(rf"^{re.escape(self.zone)} +(\d*\.?\d+) +(\d*\.?\d+)\s*$", trace.output, re.MULTILINE)
+        side = r" +(\d{0,9}\.?\d{1,30})"  # a limit, because a million digits would keep the search busy for hours
+        found = re.findall(rf"^{re.escape(self.zone)}{side}{side}\s*$", trace.output, re.MULTILINE)
         if not found:
             return False, f'printed no line like "{self.zone} 0.50 0.40"'
         told, real = sorted(map(float, found[-1])), sorted((zone.width, zone.depth))

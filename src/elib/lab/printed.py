@@ -72,7 +72,7 @@ def last_map(output: str) -> PrintedMap | None:
     except (IndexError, ValueError):
         return None
     rows = tuple(found[-1][4].split()[::-1])
-    is_sound = cell >= 0.001 and abs(x) < 1000 and abs(y) < 1000 and sum(map(len, rows)) <= MAX_SQUARES
+    is_sound = 0.001 <= cell <= 1 and abs(x) < 1000 and abs(y) < 1000 and sum(map(len, rows)) <= MAX_SQUARES
     return PrintedMap(cell, x, y, rows) if is_sound else None
 
 

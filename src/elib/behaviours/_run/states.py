@@ -45,7 +45,7 @@ class StateMachine(Behaviour):
     @overload
     def __call__(self, robot: BlockingEpuck, run: RunContext | None = None) -> None: ...  # by BlockingStateMachine
     async def __call__(self, robot: Any, run: RunContext | None = None) -> None:  # type: ignore[misc]
-        """Drive a robot until a state returns ``end``, or the run is over."""
+        """Drive a robot until a state returns ``end``, and stop it, or until the run is over."""
         walk = self._walk(robot, run)
 
         async def step(view: Epuck) -> bool:
@@ -56,6 +56,7 @@ class StateMachine(Behaviour):
             return walk.take(answer)
 
         await react(robot, step, period=self.period)
+        await robot.stop()
 
     def _walk(self, robot: Epuck | BlockingEpuck, run: RunContext | None) -> Walk:
         if run is None:
@@ -109,7 +110,7 @@ class BlockingStateMachine(StateMachine):
     """A behaviour of several states in the blocking style."""
 
     def __call__(self, robot: BlockingEpuck, run: RunContext | None = None) -> None:  # type: ignore[override]
-        """Drive a robot until a state returns ``end``, or the run is over."""
+        """Drive a robot until a state returns ``end``, and stop it, or until the run is over."""
         walk = self._walk(robot, run)
 
         def step(view: BlockingEpuck) -> bool:
@@ -122,6 +123,8 @@ class BlockingStateMachine(StateMachine):
             return walk.take(answer)
 
         react_blocking(robot, walk.run, step, period=self.period)
+        if not walk.run.is_over:  # else who gave the run stops the robot
+            robot.stop()
 
 
 class Walk:
@@ -310,7 +313,7 @@ def targets(nodes: Iterable[ast.AST]) -> Iterator[tuple[ast.Return, ast.Constant
     for node in nodes:
         if isinstance(node, ast.Return):
             yield from ((node, name) for name in _names(node.value))
-        elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda | ast.ClassDef):
+        elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.expr):
             yield from targets(ast.iter_child_nodes(node))
 
 

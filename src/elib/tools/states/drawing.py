@@ -24,8 +24,8 @@ GAP, ROW, LOWER, MARGIN = 190, 130, 40, 44
 pixels."""
 HEIGHT, LETTER, ROUND = 46, 7.6, 14
 """Height of a state, mean width of a letter of its name, and radius of the end, pixels."""
-MAX_TEXT, MAX_ARROWS = 100_000, 150
-"""Characters and arrows of a stranger's program that is drawn: that takes a second at most."""
+MAX_TEXT, MAX_PARTS = 100_000, 150
+"""Characters of a stranger's program that is drawn, and its states and its arrows: that takes two seconds at most."""
 INK = "#55606e"
 """Colour of arrows and of the end."""
 BEND, MORE = 34, 30
@@ -152,9 +152,10 @@ def picture_of(text: str) -> str:
     """Return the picture of a program that may be anything; empty without states, or with too many for a picture."""
     try:
         program = MachineText(text[: MAX_TEXT + 1])
+        parts = max(len(program.states), len(program.arrows))
+        return draw(program) if len(text) <= MAX_TEXT and parts <= MAX_PARTS else ""
     except ArgumentError:
         return ""
-    return draw(program) if len(text) <= MAX_TEXT and len(program.arrows) <= MAX_ARROWS else ""
 
 
 def _line() -> dict[str, object]:

@@ -9,14 +9,15 @@ import ast
 import keyword
 import re
 import unicodedata
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from typing import Annotated, TypeVar
 
 from msgspec import Meta, Struct
 
 from elib.base.errors import ArgumentError
 from elib.behaviours._run.states import END
-from elib.tools.states.text import Arrow, Item, MachineText, Span, StateText, arguments_of, parameters_of
+from elib.tools.states.text import Arrow, Function, Item, MachineText, Span, StateText, arguments_of, parameters_of
 from elib.tools.states.words import SEEN, Condition
 
 Text = Annotated[str, Meta(max_length=2000)]
@@ -52,6 +53,8 @@ def add_state(program: MachineText, name: Text) -> list[Splice]:
     made = [each for each in program.states.values() if each.node is not None]
     if not made:
         raise ArgumentError("the functions of the states are in another file", hint="add the state there")
+    argument = made[-1].argument
+    made = [each for each in made if type(each.argument) is type(argument)]  # functions, or methods
     model = next((each for each in made if len(_parameters(each)) > 1), made[0])
     assert model.node is not None
     indent, step = program.indent(model.node), program.step
@@ -63,10 +66,12 @@ def add_state(program: MachineText, name: Text) -> list[Splice]:
     last = max((each.node for each in made if each.node is not None), key=lambda node: program.span(node))
     gap = [""] * (1 if indent else 2)
     lines = [*gap, indent + head, *(indent + line for line in body)]
-    argument = program.call.args[-1]
     named = re.sub(r"\w+$", name, program.source(argument))
-    at = program.span(argument)[1]
-    return [_after(program, last, lines), Splice(at, at, f", {named}")]
+    at = program.span(program.call.args[-1])[1]
+    splices = [_after(program, last, lines), Splice(at, at, f", {named}")]
+    if name not in edited(program, splices).states:
+        raise ArgumentError("the call of elib.states is written in an odd way", hint="add it in the text")
+    return splices
 
 
 @edit
@@ -84,14 +89,13 @@ def rename_state(program: MachineText, state: Text, name: Text) -> list[Splice]:
     before, written = definition[0].removesuffix(definition[1]), definition[1]  # Python reads letters of a kind as one
     at = begin + len(before.encode())
     spans = [(at, at + len(written.encode()))]
-    if isinstance(found.argument, ast.Name):
-        named = _named(program, state)
-        if any(isinstance(each, ast.arg) or isinstance(each.ctx, ast.Store) for each in named):
-            raise ArgumentError(f"{state} is the name of something else too", hint="rename it in the text")
-        spans += map(program.span, named)
-    if isinstance(found.argument, ast.Attribute):
-        end = program.span(found.argument)[1]
-        spans.append((end - len(program.source(found.argument).rpartition(".")[2].encode()), end))
+    named = _named(program, found)
+    if any(isinstance(each, ast.arg) or isinstance(each.ctx, ast.Store) for each in named):
+        raise ArgumentError(f"{state} is the name of something else too", hint="rename it in the text")
+    _check_texts(program, state, [])
+    for each in named:
+        end = program.span(each)[1]
+        spans.append((end - len(program.source(each).rpartition(".")[2].encode()), end))
     renamed = [Splice(*span, name) for span in spans]
     arrows = [_renamed(program, each, name) for each in program.arrows if each.target == state]
     return renamed + arrows
@@ -108,10 +112,12 @@ def remove_state(program: MachineText, state: Text) -> list[Splice]:
         if each.item.kind != "arrow":
             raise ArgumentError(f"{each.source} leads here in line {each.name.lineno}: {IN_CODE}", hint="edit the text")
     inside = [found.argument, *(ast.walk(found.node) if found.node else ())]
-    for node in _named(program, state) if isinstance(found.argument, ast.Name) else ():
+    for node in _named(program, found):
         if node not in inside:
-            raise ArgumentError(f"line {node.lineno} names {state} too", hint="change that in the text first")
-    splices = [_without(program, each.item.node) for each in arrows]
+            raise _named_too(node, state)
+    _check_texts(program, state, inside)
+    gone = [each.item.node for each in arrows]
+    splices = [_without(program, each, gone[:number]) for number, each in enumerate(gone)]
     place = program.call.args.index(found.argument)
     spans = [program.span(each) for each in program.call.args]
     cut = (spans[place - 1][1], spans[place][1]) if place else (spans[0][0], spans[1][0])
@@ -164,7 +170,7 @@ def set_condition(program: MachineText, arrow: int, condition: Condition | Text,
     found = _plain(program, arrow)
     state, node = program.states[found.source], found.item.node
     body = _body(program, state)
-    test, look, before = _tested(program, state, condition)
+    test, look, before = _tested(program, state, condition, node)
     indent = program.indent(node)
     if look:
         before.append(_before(program, node, [indent + line for line in look]))
@@ -249,9 +255,7 @@ def remove_item(program: MachineText, state: Text, item: int) -> list[Splice]:
     found = _item(program, state, item)
     if found.kind == "look":
         (name,) = found.node.targets  # type: ignore[attr-defined]  # a look is an assignment to one name
-        inside = ast.walk(_state(program, state).node or found.node)
-        named = [each for each in inside if isinstance(each, ast.Name) and each.id == name.id and each is not name]
-        if named:
+        if named := [each for each in _uses(_state(program, state), name.id) if each is not name]:
             raise ArgumentError(f"line {named[0].lineno} needs {name.id}", hint="change that first")
     return [_without(program, found.node)]
 
@@ -305,13 +309,32 @@ def _new(program: MachineText, name: str) -> str:
     return name
 
 
-def _named(program: MachineText, name: str) -> list[ast.Name | ast.arg]:
-    """Return each place that names something so, but for definitions of functions."""
+def _named(program: MachineText, state: StateText) -> list[ast.Name | ast.arg | ast.Attribute]:
+    """Return each place that names the function of a state, but for definitions of functions."""
+    name = state.name
+    if isinstance(state.argument, ast.Attribute):
+        own = state.node.args.args[:1] if state.node else []  # in its class it is a method of `self`
+        owners = [program.source(state.argument.value), *(each.arg for each in own)]
+        attributes = [each for each in ast.walk(program.tree) if isinstance(each, ast.Attribute) and each.attr == name]
+        return [each for each in attributes if program.source(each.value) in owners]
     return [
         each
         for each in ast.walk(program.tree)
         if (isinstance(each, ast.Name) and each.id == name) or (isinstance(each, ast.arg) and each.arg == name)
     ]
+
+
+def _check_texts(program: MachineText, name: str, inside: list[ast.AST]) -> None:
+    """Raise an ArgumentError if more than the arrows names a state by a text, but for what is *inside* of it."""
+    known = [*inside, *(each.name for each in program.arrows)]
+    for each in ast.walk(program.tree):
+        for node in ast.walk(each) if isinstance(each, ast.Return | ast.Compare | ast.MatchValue) else ():
+            if isinstance(node, ast.Constant) and node.value == name and node not in known:
+                raise _named_too(node, name)
+
+
+def _named_too(node: ast.expr | ast.arg, name: str) -> ArgumentError:
+    return ArgumentError(f"line {node.lineno} names {name} too", hint="change that in the text first")
 
 
 def _body(program: MachineText, state: StateText) -> list[ast.stmt]:
@@ -365,8 +388,28 @@ def _check_expression(text: str) -> None:
         raise ArgumentError("this must be on one line, without a comment")
 
 
-def _tested(program: MachineText, state: StateText, condition: Condition | str) -> tuple[str, list[str], list[Splice]]:
-    """Return the condition in Python, the line that takes its reading, and the parameter, if they are missing."""
+def _kept(program: MachineText, state: StateText, reading: str, before: ast.stmt | None) -> tuple[str, bool]:
+    """Return the name that is nothing but a reading, taken before a statement, and True; else a new one, and False."""
+    names = [each for each in ast.walk(state.node or ast.Pass()) if isinstance(each, ast.Name | ast.arg)]
+    written = Counter(each.id for each in names if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store))
+    kept = [each for each in state.items if each.keeps and each.call.func.attr == reading]  # type: ignore[union-attr]
+    for item in kept:
+        is_other = written[item.keeps] > sum(each.keeps == item.keeps for each in kept)
+        if not is_other and (before is None or program.span(item.node) < program.span(before)):
+            return item.keeps, True
+    taken = {each.id if isinstance(each, ast.Name) else each.arg for each in names}
+    while reading in taken:
+        reading += "_now"
+    return reading, False
+
+
+def _tested(
+    program: MachineText, state: StateText, condition: Condition | str, before: ast.stmt | None = None
+) -> tuple[str, list[str], list[Splice]]:
+    """Return the condition in Python, the line that takes its reading, and the parameter, if they are missing.
+
+    It will stand before a statement of the state, or at its end.
+    """
     if isinstance(condition, str):
         test = condition.strip()
         if test:
@@ -378,11 +421,10 @@ def _tested(program: MachineText, state: StateText, condition: Condition | str) 
     if not condition.reading:
         run, more = _with_run(program, state)
         return f"{run}{condition.path} {condition.comparison} {condition.value}", [], more
-    kept = next((name for name, reading in state.looks.items() if reading == condition.reading), None)
-    name = kept or condition.reading
+    name, is_kept = _kept(program, state, condition.reading, before)
     value = name * is_field + condition.value
     await_ = "await " * isinstance(state.node, ast.AsyncFunctionDef)
-    look = [] if kept else [f"{name} = {await_}{_robot(state)}.{condition.reading}()"]
+    look = [] if is_kept else [f"{name} = {await_}{_robot(state)}.{condition.reading}()"]
     if is_colour:
         return f"{'not ' * (condition.comparison == 'not seen')}{name}{condition.path}", look, []
     return f"{name}{condition.path} {condition.comparison} {value}", look, []
@@ -430,14 +472,24 @@ def _unneeded(program: MachineText, arrow: Arrow, test: str) -> list[Splice]:
     here = [each for each in ast.walk(arrow.test) if isinstance(each, ast.Name)] if arrow.test else []
     splices = []
     for item in state.items if state.node else ():
-        name = item.node.targets[0].id if item.kind == "look" else ""  # type: ignore[attr-defined]
+        name = item.keeps
         if name not in [each.id for each in here] or re.search(rf"\b{name}\b", test):
             continue
-        named = [each for each in ast.walk(state.node) if isinstance(each, ast.Name) and each.id == name]  # type: ignore[arg-type]
+        named = _uses(state, name)
         rest = program.raw[program.span(item.node)[1] : program.line((item.node.end_lineno or 0) + 1)]
         if len(named) == 1 + sum(each.id == name for each in here) and not rest.strip():
             splices.append(_without(program, item.node))
     return splices if state.node and len(splices) + 1 < len(state.node.body) else []
+
+
+def _uses(state: StateText, name: str) -> list[ast.Name | ast.Global | ast.Nonlocal]:
+    """Return each place of a state that is about a variable, also what says that other functions see it."""
+    return [
+        each
+        for each in ast.walk(state.node or ast.Pass())
+        if (isinstance(each, ast.Name) and each.id == name)
+        or (isinstance(each, ast.Global | ast.Nonlocal) and name in each.names)
+    ]
 
 
 def _renamed(program: MachineText, arrow: Arrow, name: str) -> Splice:
@@ -467,15 +519,19 @@ def _at_end(program: MachineText, body: list[ast.stmt], lines: list[str]) -> Spl
     return _after(program, body[-1], lines)
 
 
-def _without(program: MachineText, node: ast.stmt) -> Splice:
-    """Return the splice that takes a statement away, with its lines; what may not be empty gets ``pass``."""
+def _without(program: MachineText, node: ast.stmt, gone: Sequence[ast.stmt] = ()) -> Splice:
+    """Return the splice that takes a statement away, with its lines; what would be empty gets ``pass``.
+
+    The statements in *gone* are taken away, too.
+    """
     begin, end = program.span(node)
     first, last = program.line(node.lineno), program.line((node.end_lineno or 0) + 1)
     alone = not program.raw[first:begin].strip() and re.fullmatch(rb"\s*(#.*)?\s*", program.raw[end:last])
     if not alone:
         raise ArgumentError("it shares its line with something else", hint="edit the text")
-    owner = next(each for each in ast.walk(program.tree) if node in getattr(each, "body", ()))
-    if len(owner.body) > 1:  # type: ignore[attr-defined]  # it has one
+    blocks = (each for each in ast.walk(program.tree) if isinstance(each, Function | ast.If))
+    owner = next(each for each in blocks if node in each.body)
+    if any(each is not node and each not in gone for each in owner.body):
         return Splice(first, last, "")
     if isinstance(owner, ast.If):
         return _without(program, owner)

@@ -23,6 +23,7 @@ from elib.tools.states.words import READINGS, Looks, words
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 Kind = Literal["action", "look", "arrow", "code"]
 Span = tuple[int, int]
+BOM = "\N{BYTE ORDER MARK}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +36,11 @@ class Item:
     node: ast.stmt  # the statement
     on_entry: bool = False  # whether it is done only in the first step of the state
     call: ast.Call | None = None  # the command or the reading, of an action or a look
+
+    @property
+    def keeps(self) -> str:
+        """The name under which a look keeps its reading; empty for others."""
+        return self.node.targets[0].id if self.kind == "look" else ""  # type: ignore[attr-defined]  # it assigns to a name
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,11 +77,10 @@ class MachineText:
         self.raw = text.encode()  # the text as bytes; positions count them
         self.newline = next(iter(re.findall(r"\r\n|\n|\r", text)), "\n")  # what ends its lines
         try:
-            self.tree = ast.parse(self.raw)  # its syntax tree
+            # Bytes would be read in the coding that a comment names, and these are UTF-8.
+            self.tree = ast.parse(text.removeprefix(BOM))  # its syntax tree
         except (RecursionError, MemoryError):
-            raise ArgumentError(
-                "the program is nested too deeply to be read", hint="write it in shorter steps"
-            ) from None
+            raise _too_deep() from None
         except (SyntaxError, ValueError) as error:
             line = f"line {error.lineno}: {error.msg}" if isinstance(error, SyntaxError) else str(error)
             raise ArgumentError(f"the program is not Python yet: {line}", hint="mend it in the text") from None
@@ -84,12 +89,17 @@ class MachineText:
         if not calls:
             raise ArgumentError("the program has no states", hint="elib.play(elib.states(drive, turn))")
         self.call = max(calls, key=lambda each: self.span(each))
+        if not self.states:
+            raise ArgumentError("the states have no names here", hint="name them: elib.states(drive, turn)")
 
     # -- places --
 
     @cached_property
     def _starts(self) -> list[int]:
-        return [0, *(found.end() for found in re.finditer(rb"\r\n|\n|\r", self.raw))]
+        return [
+            len(BOM.encode()) * self.raw.startswith(BOM.encode()),
+            *(found.end() for found in re.finditer(rb"\r\n|\n|\r", self.raw)),
+        ]
 
     def line(self, number: int) -> int:
         """Return where a line begins; the end of the text for the line after the last."""
@@ -149,14 +159,21 @@ class MachineText:
 
     @property
     def start(self) -> str:
-        """The name of the state in which it begins."""
-        given = next((each.value for each in self.call.keywords if each.arg == "start"), self.call.args[0])
-        return _name(given)
+        """The name of the state in which it begins; of the first that has one, where that is not to be told."""
+        name = _name(self._first)
+        return name if name in self.states else next(iter(self.states))
+
+    @property
+    def _first(self) -> ast.expr:
+        return next((each.value for each in self.call.keywords if each.arg == "start"), self.call.args[0])
 
     @cached_property
     def arrows(self) -> list[Arrow]:
         """All arrows, in the order of the states and of the text."""
-        return [arrow for state in self.states.values() for arrow in self._arrows(state)]
+        try:
+            return [arrow for state in self.states.values() for arrow in self._arrows(state)]
+        except RecursionError:
+            raise _too_deep() from None
 
     @property
     def problems(self) -> list[str]:
@@ -173,6 +190,10 @@ class MachineText:
             if state.node is None or any(target is None for _, target in targets(state.node.body))
         }
         ways = [*((each.source, each.target) for each in self.arrows), *((name, None) for name in open_ones)]
+        if _name(self._first) not in self.states:
+            said.append(
+                f"it begins in {self.source(self._first)}, which is not the name of a state (line {self._first.lineno})"
+            )
         lonely = unreached(self.start, self.states, ways)
         for name in self.states:
             said += [f"{name} is never reached: no arrow leads to it"] * (name in lonely)
@@ -184,19 +205,22 @@ class MachineText:
         if not name:
             return None
         is_method = isinstance(argument, ast.Attribute)
-        node = next((each for each in self._functions(is_method) if each.name == name), None)
+        node = self._functions.get((name, is_method))
         if node is None:
             return StateText(name, argument, None)
         items = tuple(self._items(node, node.body))
-        looks = {item.node.targets[0].id: item.call.func.attr for item in items if item.kind == "look"}  # type: ignore[attr-defined, union-attr]
+        looks = {item.keeps: item.call.func.attr for item in items if item.keeps}  # type: ignore[union-attr]
         return StateText(name, argument, node, items, looks)
 
-    def _functions(self, is_method: bool) -> Iterator[Function]:
-        classes = [each for each in ast.walk(self.tree) if isinstance(each, ast.ClassDef)]
-        inside = {id(each) for kind in classes for each in kind.body}
-        for each in ast.walk(self.tree):
-            if isinstance(each, Function) and (id(each) in inside) == is_method:
-                yield each
+    @cached_property
+    def _functions(self) -> dict[tuple[str, bool], Function]:
+        """The functions by their names and whether they are methods: the outermost, and of those the last."""
+        found: dict[tuple[str, bool], Function] = {}
+        for owner in ast.walk(self.tree):
+            for each in reversed([*ast.iter_child_nodes(owner)]):
+                if isinstance(each, Function):
+                    found.setdefault((each.name, isinstance(owner, ast.ClassDef)), each)
+        return found
 
     def _items(self, function: Function, body: list[ast.stmt], on_entry: bool = False) -> Iterator[Item]:
         for node in body:
@@ -238,6 +262,10 @@ class MachineText:
                     yield Arrow(state.name, name, item, test, said)
             if item.kind == "code" and any(isinstance(node, ast.Return) for node in ast.walk(item.node)):
                 rest = "otherwise"
+
+
+def _too_deep() -> ArgumentError:
+    return ArgumentError("the program is nested too deeply to be read", hint="write it in shorter steps")
 
 
 def parameters_of(call: ast.Call) -> list[str]:

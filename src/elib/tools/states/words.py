@@ -160,9 +160,11 @@ def _action(name: str) -> ActionForm:
     code = "\n".join(line[4:] for line in example.splitlines() if line.startswith((">>> ", "... ")))
     calls = [each for each in ast.walk(ast.parse(code)) if isinstance(each, ast.Call)]
     call = next((each for each in calls if isinstance(each.func, ast.Attribute) and each.func.attr == name), None)
-    values = [*map(_number, call.args if call else ()), *("" for _ in quantities)]
+    given = dict(zip(quantities, call.args, strict=False)) if call else {}
+    given |= {each.arg: each.value for each in call.keywords if each.arg} if call else {}
     about = method.__doc__.partition("\n")[0]
-    arguments = [_argument(each, quantities[each], value) for each, value in zip(quantities, values, strict=False)]
+    values = {each: _number(value) for each, value in given.items()}
+    arguments = [_argument(each, quantity, values.get(each, "")) for each, quantity in quantities.items()]
     return ActionForm(name, about, arguments)
 
 
