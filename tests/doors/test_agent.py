@@ -283,6 +283,14 @@ async def test_wrong_arguments_are_refused_with_the_rule():
             tools.drivers["1"].check_free()
 
 
+@simulated
+async def test_an_option_of_a_behaviour_may_be_a_whole_number():
+    async with tools_on() as tools:
+        for name, options in (("avoid", {"cruise": 0.2}), ("locate-clap", {"threshold": 100})):
+            ran = await call(tools, "run_behaviour", name=name, seconds=0.5, parameters=options)
+            assert not ran.is_error, ran.text
+
+
 def test_a_real_robot_needs_leave(capsys):
     assert main(["agent", "serial:///dev/nothing-here"]) == 2
     out, complaint = capsys.readouterr()

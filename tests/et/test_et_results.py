@@ -129,6 +129,14 @@ def test_rate_has_a_row_for_each_window_also_for_those_without_rows() -> None:
     assert len(cells(result("Rate", log=""))) == 1
 
 
+def test_times_and_values_on_an_edge_count_behind_it_also_where_they_are_less_in_binary() -> None:
+    tenths = "".join(f"{number / 10} a\n" for number in range(13))
+    assert [row[1] for row in cells(result("Rate", "--every", "0.1", log=tenths))[1:]] == ["1"] * 13
+    late = "".join(f"{100_000 + number / 10:.8f} a\n" for number in range(13))
+    assert [row[1] for row in cells(result("Rate", "--every", "0.1", log=late))[1:]] == ["1"] * 13
+    assert [row[2] for row in cells(result("Histogram", "0", "--bins", "12", log=tenths))[1:]] == [*["1"] * 11, "2"]
+
+
 def test_rate_refuses_more_windows_than_a_table_can_have() -> None:
     assert "take a longer --every" in complaint("Rate", log="0 a\n1e9 b\n")
     assert "take a longer --every" in complaint("Rate", "--every", "1e-300", log="1e9 b\n")

@@ -91,6 +91,8 @@ def test_parameters_are_read_from_words() -> None:
     assert parse_grid("cruise=0.2,0.4") == ("cruise", (0.2, 0.4))
     assert parse_grid("top-speed=0..1:5") == ("top_speed", (0.0, 0.25, 0.5, 0.75, 1.0))
     assert parse_grid("side=left,right") == ("side", ("left", "right"))
+    assert parse_grid("cruise=0.1..0.5:5") == ("cruise", (0.1, 0.2, 0.3, 0.4, 0.5))
+    assert max(parse_grid("cruise=0.1..1.0:8")[1]) == 1.0
     assert parse_sample("base=0.1..0.5:20") == ("base", Range(0.1, 0.5, 20))
     for wrong in ("cruise", "cruise=", "=1", "cruise=1,,2", "cruise=2..1:3", "cruise=0..1:0", "cruise=0..inf:3"):
         with pytest.raises(ArgumentError):

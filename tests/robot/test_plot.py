@@ -122,6 +122,16 @@ def test_a_long_wait_is_drawn_as_the_arc_that_it_was(tmp_path: Path) -> None:
     assert math.fsum(apart(a, b) for a, b in pairwise(told.path)) == told.distance
 
 
+def test_after_a_reset_the_wheels_are_drawn_standing() -> None:
+    async def restart(robot: elib.Epuck) -> list[tuple[float, float]]:
+        report = RobotReport(robot)
+        await robot.set_speed(0.5, 0.5)
+        await robot.reset()
+        return [speeds for _, speeds in report.speeds]
+
+    assert run_on("sim://square?speed=max", restart) == [(0.5, 0.5), (0.0, 0.0)]
+
+
 def test_contacts_are_counted_where_the_world_is_known() -> None:
     async def bump(robot: elib.Epuck) -> RobotReport:
         report = RobotReport(robot)

@@ -187,7 +187,8 @@ def parse_grid(text: str) -> tuple[str, tuple[Value, ...]]:
     if ".." in rest:
         name, values = parse_sample(text)
         step = (values.high - values.low) / max(1, values.count - 1)
-        return name, tuple(values.low + k * step for k in range(values.count))
+        # As decimals: 0.1 + 2 * 0.1 is 0.30000000000000004, and the last one may be beyond the end.
+        return name, tuple(min(float(f"{values.low + k * step:.12g}"), values.high) for k in range(values.count))
     found = [number_from(each.strip()) for each in rest.split(",")]
     if not name or "" in found:
         raise ArgumentError(f"{text!r} is not a parameter with its values", hint="such as cruise=0.2,0.4,0.6")

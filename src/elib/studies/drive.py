@@ -131,8 +131,9 @@ class RobotReport:
         if isinstance(event.value, Sensed):
             numbers = self.readings.setdefault(v.reading_name(type(event.value)), [])
             numbers.append((time - self._began, tuple(event.value)))
-        steps = (0, 0) if event.request.name == "stop" else event.request.numbers
-        if event.request.name in ("set_speed", "stop") and len(steps) == 2:
+        name = event.request.name
+        steps = (0, 0) if name in ("stop", "reset") else event.request.numbers
+        if name in ("set_speed", "stop", "reset") and len(steps) == 2:
             self._add_poses(time)
             left, right = steps
             self.speeds.append((time - self._began, (left / STEPS_PER_REVOLUTION, right / STEPS_PER_REVOLUTION)))

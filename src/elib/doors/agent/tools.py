@@ -369,7 +369,7 @@ class Tools:
             name: Name,
             seconds: Annotated[float, Field(ge=0.5, le=longest, description="How long it runs in s.")] = 5.0,
             parameters: Annotated[
-                dict[str, float | str | bool] | None,
+                dict[str, int | float | str | bool] | None,
                 Field(description="Its own options by name; a wrong one is answered with its rule."),
             ] = None,
             robot: Robot = keys[0],

@@ -62,7 +62,9 @@ class Rate(TableAction, Plotted):
         if not len(times):
             return
         with np.errstate(all="ignore"):
-            windows = np.floor(times / self.every)
+            windows = times / self.every
+            # A time on the edge of a window, such as 0.3, may be a little less in binary.
+            windows = np.floor(windows + np.maximum(1e-9, 4 * np.spacing(np.abs(windows))))
         low = min([float(windows.min()), *self.windows[:1]])
         high = max([float(windows.max()), *self.windows[-1:]])
         if not high - low < MAX_WINDOWS or max(abs(low), abs(high)) > 2**53:
