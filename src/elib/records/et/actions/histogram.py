@@ -54,6 +54,5 @@ def _counted(values: Values, bins: int) -> tuple[NDArray[np.int64], Values]:
         edges = np.linspace(values[0], values[-1], bins + 1)
         if not (np.diff(edges) > 0).all():  # between the least and the greatest there are not that many floats
             edges = values[[0, -1]]
-    # A value on an edge may be a little less in binary.
-    inner = edges[1:-1] - 1e-9 * (edges[1] - edges[0])
+        inner = edges[1:-1] - 1e-9 * (edges[1] - edges[0])  # a value on an edge may be a little less in binary
     return np.diff(values.searchsorted(inner), prepend=0, append=len(values)), edges
