@@ -38,6 +38,7 @@ from elib.simulator.physics import (
 )
 from elib.simulator.physics.body import QUALITIES
 from elib.simulator.physics.fittings import Energy, Zone
+from elib.simulator.physics.placement import first_taken
 
 RADIUS = 0.037  # m. Of a robot.
 GAP = 0.001  # m. Between a start and everything else.
@@ -145,7 +146,7 @@ def with_states(scene: Scene, chance: Random) -> Scene:
     energy = chance.choice((None, Energy(chance.uniform(0, 0.5), chance.uniform(0.1, 1), chance.uniform(0, 5))))
     energies = tuple(chance.choice((None, chance.random())) for _ in scene.starts) if energy else ()
     pens = tuple(chance.choice((None, _colour(chance))) for _ in scene.starts)
-    return replace(
+    drawn = replace(
         scene,
         boxes=tuple(boxes),
         cylinders=tuple(cylinders),
@@ -155,6 +156,10 @@ def with_states(scene: Scene, chance: Random) -> Scene:
         pens=pens if any(pens) else (),
         **switched,
     )
+    if first_taken(drawn) is None:
+        return drawn
+    # A door that is open at the start stands where a robot was to begin.
+    return replace(drawn, zones=tuple(replace(zone, is_on=False) for zone in zones))
 
 
 def _zone(chance: Random, scene: Scene, name: str, keys: list[str]) -> Zone:

@@ -89,7 +89,7 @@ def agent(
             file = None if log is None else stack.enter_context(log.open("a", encoding="utf-8"))
         except OSError as error:
             raise ArgumentError(f"--log {log} cannot be written: {error.strerror}", hint="name another file") from None
-        stack.enter_context(contextlib.suppress(KeyboardInterrupt, SystemExit))  # signals are its usual end
+        stack.enter_context(contextlib.suppress(KeyboardInterrupt))
 
         @contextlib.asynccontextmanager
         async def by_http(bound: socket.socket) -> AsyncIterator[None]:
@@ -105,4 +105,5 @@ def agent(
             run_coroutine(lambda: hold_open(by_http(address.socket)), speeds.pop())
         else:
             pipes = stack.enter_context(standard_pipes())
+            stack.enter_context(contextlib.suppress(SystemExit))  # SIGTERM is its usual end, as for other servers
             run_coroutine(lambda: by_pipes(*pipes), speeds.pop())
