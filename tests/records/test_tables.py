@@ -184,6 +184,14 @@ def test_a_gap_in_whole_numbers_is_nan() -> None:
     assert found["proximity"]["proximity_left"].tolist() == [3.0, pytest.approx(np.nan, nan_ok=True)]
 
 
+def test_a_long_text_does_not_make_all_others_of_its_column_as_wide() -> None:
+    data = {"time": 1.0, "name": "note", "event": "", "level": 2}
+    found, _ = rows(*(Sent("/notes", {**data, "message": text}) for text in ("x" * 500_000, *["short"] * 40)))
+    assert found["notes"]["text"].tolist() == ["x" * 500_000, *["short"] * 40]
+    assert found["notes"]["text"].nbytes < 1000
+    assert found["notes"]["kind"].dtype.kind == "U"
+
+
 def test_calls_come_in_their_order_and_those_without_an_end_come_last() -> None:
     def call(number: int) -> Sent:
         return Sent("/calls", {"time": float(number), "call": number, "command": "stop", "text": "stop()"})
