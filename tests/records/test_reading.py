@@ -21,6 +21,7 @@ from recordings import read, recorded
 import elib
 from elib.base.errors import ArgumentError, Unsupported
 from elib.records import mcapfile
+from elib.records.mcapfile import part_of
 from elib.records.mcapreader import Health
 from elib.records.mcapwriter import CHUNK, MAGIC, METADATA, McapWriter
 from elib.records.reader import Entry, Recording, read_recording, summary_of
@@ -29,6 +30,7 @@ from elib.records.repair import repair, repaired_name
 from elib.records.state import state_at
 from elib.records.timeline import timeline
 from elib.records.topics import ABOUT, FORMAT, TOPICS
+from elib.studies.comparison import run_of
 from lanes import few_and_many
 
 CALLS = 30
@@ -303,6 +305,17 @@ def test_a_file_cut_at_any_byte_raises_nothing_but_argument_errors(
         assert len(found) <= len(content)
 
     holds()
+
+
+@pytest.mark.parametrize("cut", [1, 2, 3])
+def test_a_recording_of_parts_is_whole_only_if_every_part_is(cut: int, content: bytes, tmp_path: Path) -> None:
+    for number in (1, 2, 3):
+        end = len(content) // 2 if number == cut else len(content)
+        part_of(tmp_path / "run.mcap", number).write_bytes(content[:end])
+    assert not entries(tmp_path / "run.mcap")[1].is_complete
+    assert not run_of(read_recording(tmp_path / "run.mcap")).is_whole
+    part_of(tmp_path / "run.mcap", cut).write_bytes(content)
+    assert entries(tmp_path / "run.mcap")[1].is_complete
 
 
 def test_every_chunk_can_be_read_without_those_before_it(content: bytes, tmp_path: Path) -> None:
