@@ -192,6 +192,20 @@ def test_a_long_text_does_not_make_all_others_of_its_column_as_wide() -> None:
     assert found["notes"]["kind"].dtype.kind == "U"
 
 
+@pytest.mark.parametrize(
+    ("command", "text", "arguments"),
+    [
+        ("stop", "stop()", ""),
+        ("set_speed", "set_speed(0.3, 0.2)", "0.3, 0.2"),
+        ("sensors", "watch(proximity, encoders)", "proximity, encoders"),
+        ("set_speed", "text('D,0,(0)')", "'D,0,(0)'"),
+    ],
+)
+def test_the_arguments_of_a_call_are_what_stands_in_its_parentheses(command: str, text: str, arguments: str) -> None:
+    found, _ = rows(Sent("/calls", {"time": 1.0, "call": 1, "command": command, "text": text}))
+    assert found["calls"]["arguments"].tolist() == [arguments]
+
+
 def test_calls_come_in_their_order_and_those_without_an_end_come_last() -> None:
     def call(number: int) -> Sent:
         return Sent("/calls", {"time": float(number), "call": number, "command": "stop", "text": "stop()"})

@@ -205,7 +205,7 @@ class Tabulator:
     def _other_rows(self, topic: str, data: Mapping[str, Any]) -> Iterator[Row]:
         time = data["time"]
         if topic == CALLS.name:
-            arguments = data["text"].removeprefix(data["command"]).strip("() ")
+            arguments = data["text"].partition("(")[2].removesuffix(")")
             self._open[data["call"]] = [
                 *(time, data["call"], data["command"], arguments),
                 *(None, "", None, None),
