@@ -226,3 +226,6 @@ def test_calls_come_in_their_order_and_those_without_an_end_come_last() -> None:
     assert found["calls"]["call"].tolist() == [0, 1, 2, 3]
     assert found["calls"]["time"].tolist() == [pytest.approx(0.2), 1, 2, 3]
     assert found["calls"]["ok"].tolist() == [True, True, True, None]
+    found, _ = rows(call(1), end(0, 1.1), end(0, 1.2), end(1, 1.5))
+    assert found["calls"]["call"].tolist() == [0, 0, 1], "each call that was made before has a row of its own"
+    assert found["calls"]["time"].tolist() == pytest.approx([0.6, 0.7, 1])

@@ -213,9 +213,11 @@ class Tabulator:
             ]
             yield from self._ended_calls()
         elif topic == OUTCOMES.name:
-            # A call that was made before the recording began has the number 0, and no message of its own.
-            call = self._open.setdefault(data["call"], [time - data["waited"], data["call"], data["command"], ""])
+            # Calls that were made before the recording began have the number 0, and no message of their own.
+            call = self._open.get(data["call"]) or [time - data["waited"], data["call"], data["command"], ""]
             call[4:] = [data["ok"], data["error"], data["waited"], data["round_trip"], *self._end]
+            if data["call"] not in self._open:
+                yield tuple(call)
             yield from self._ended_calls()
         elif topic == NOTES.name:
             yield (time, data["name"], data["event"], data["level"], data["message"], *self._end)
