@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from csv import DictReader
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -62,6 +63,23 @@ def test_parquet_keeps_the_types(path: Path, tmp_path: Path) -> None:
     assert found["proximity_left"].tolist() == near["proximity_left"].tolist()
     assert {*found["robot"]} == {"Ada, L"}
     assert oks.dtype == bool
+
+
+@pytest.mark.parametrize("text", ["a\rb", "a\r\nb", "a\nb"])
+def test_a_line_end_of_any_kind_in_a_note_keeps_it_one_row(text: str, tmp_path: Path) -> None:
+    import duckdb
+
+    path, csv, parquet = tmp_path / "run.mcap", tmp_path / "notes.csv", tmp_path / "notes.parquet"
+    with elib.connect("sim://?speed=max") as robot, robot.record(path) as recorder:
+        recorder.note(text)
+        recorder.note("after")
+    assert main(["record", "export", str(path), "notes", "--csv", str(csv)]) == 0
+    assert main(["record", "export", str(path), "notes", "--parquet", str(parquet)]) == 0
+    with csv.open(newline="") as lines:
+        assert [row["text"] for row in DictReader(lines)][:2] == [text, "after"]
+    with duckdb.connect() as database:
+        found = database.execute(f"select text from read_parquet('{parquet}')").fetchall()
+    assert found[:2] == [(text,), ("after",)]
 
 
 def test_one_table_can_go_into_one_file(refused: Told, path: Path, tmp_path: Path) -> None:

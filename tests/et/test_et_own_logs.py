@@ -8,6 +8,8 @@ import pytest
 from et_runs import result
 
 import elib
+from elib.records.et.pairing import Pairing
+from elib.records.et.rows import Block
 from elib.records.log import logged_name
 
 GUIDE = Path(__file__).parents[2] / "docs" / "guides" / "logs.md"
@@ -37,6 +39,21 @@ def test_every_row_of_a_log_of_elib_is_understood(log: Path) -> None:
     rows = [line for line in log.read_text().splitlines() if not line.startswith("#")]
     assert result("FromTo", "0", "0", "1e9", "-s", str(log)).splitlines() == rows
     assert len(result("Join", "-s", str(log)).splitlines()) == 1 + len(rows) // 2
+
+
+HEADER = "# elib log 1, names: python\n"
+
+
+@pytest.mark.parametrize("lines", [1, 2, 7])
+def test_a_call_that_was_killed_gets_no_outcome_of_the_next_run_though_the_clock_goes_on(lines: int) -> None:
+    killed = f"{HEADER}100.0 Ada call proximity 0 0\n"
+    again = "".join(f"40{n}.{at} Ada {event} proximity 0 0\n" for n in (0, 1) for at, event in ((0, "call"), (5, "ok")))
+    log = f"{killed}{HEADER}{again}".splitlines(keepends=True)
+    pairing = Pairing()
+    blocks = [Block("".join(log[place : place + lines]).encode()) for place in range(0, len(log), lines)]
+    found = [(pair.time, pair.latency) for block in blocks for pair in pairing.pairs(block)]
+    assert found == [(400, pytest.approx(0.5)), (401, pytest.approx(0.5))]
+    assert pairing.notes == ["calls without ok or ko: 1; the log ended, or was begun again, before they did"]
 
 
 def test_the_guide_shows_commands() -> None:

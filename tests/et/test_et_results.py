@@ -248,6 +248,8 @@ def test_calls_that_never_end_do_not_fill_the_memory(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("elib.records.et.pairing.MAX_OPEN", 3)
     with pytest.raises(RowError, match="x:4: more than 3 calls"):
         list(Pairing().pairs(Block(b"1 Ada call Stop(..) 0 0\n" * 5, "x")))
+    begun_again = b"".join(b"%d Ada call Stop(..) 0 0\n" % time for time in range(5, 0, -1))
+    assert list(Pairing().pairs(Block(begun_again))) == []
 
 
 def test_robots_and_commands_without_end_do_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -199,6 +199,26 @@ async def test_a_log_can_be_stopped_and_started_and_takes_comments_meanwhile(rob
 
 
 @inside(elib.open, SIM)
+async def test_a_call_that_is_logged_gets_its_outcome_though_the_log_stops_and_no_other_call_does(
+    robot: elib.Epuck,
+) -> None:
+    stream = io.StringIO()
+    early = asyncio.create_task(robot.proximity())
+    await asyncio.sleep(0)
+    log = Log(robot, stream)
+    logged = asyncio.create_task(robot.proximity())
+    await early
+    log.stop()
+    unlogged = asyncio.create_task(robot.proximity())
+    await logged
+    log.start()
+    await unlogged
+    await robot.proximity()
+    log.close()
+    assert [row[2] for row in rows(stream.getvalue())] == ["call", "ok", "call", "ok"]
+
+
+@inside(elib.open, SIM)
 async def test_a_closed_log_says_so(robot: elib.Epuck) -> None:
     log = Log(robot, io.StringIO())
     log.close()

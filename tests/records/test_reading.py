@@ -21,14 +21,16 @@ from recordings import read, recorded
 import elib
 from elib.base.errors import ArgumentError, Unsupported
 from elib.records import mcapfile
+from elib.records.mcapfile import part_of
 from elib.records.mcapreader import Health
-from elib.records.mcapwriter import CHUNK, MAGIC, METADATA, McapWriter
+from elib.records.mcapwriter import CHUNK, MAGIC, MESSAGE_INDEX, METADATA, McapWriter
 from elib.records.reader import Entry, Recording, read_recording, summary_of
 from elib.records.recorder import Recorder
 from elib.records.repair import repair, repaired_name
 from elib.records.state import state_at
 from elib.records.timeline import timeline
 from elib.records.topics import ABOUT, FORMAT, TOPICS
+from elib.studies.comparison import run_of
 from lanes import few_and_many
 
 CALLS = 30
@@ -305,6 +307,17 @@ def test_a_file_cut_at_any_byte_raises_nothing_but_argument_errors(
     holds()
 
 
+@pytest.mark.parametrize("cut", [1, 2, 3])
+def test_a_recording_of_parts_is_whole_only_if_every_part_is(cut: int, content: bytes, tmp_path: Path) -> None:
+    for number in (1, 2, 3):
+        end = len(content) // 2 if number == cut else len(content)
+        part_of(tmp_path / "run.mcap", number).write_bytes(content[:end])
+    assert not entries(tmp_path / "run.mcap")[1].is_complete
+    assert not run_of(read_recording(tmp_path / "run.mcap")).is_whole
+    part_of(tmp_path / "run.mcap", cut).write_bytes(content)
+    assert entries(tmp_path / "run.mcap")[1].is_complete
+
+
 def test_every_chunk_can_be_read_without_those_before_it(content: bytes, tmp_path: Path) -> None:
     path, broken = tmp_path / "run.mcap", bytearray(content)
     _, begin, end = next(each for each in records(content) if each[0] == CHUNK)
@@ -314,6 +327,45 @@ def test_every_chunk_can_be_read_without_those_before_it(content: bytes, tmp_pat
     assert (health.damaged, health.is_complete) == (1, True)
     assert {each.topic for each in found} >= {"/calls", "/outcomes", "/bytes", "/readings/proximity", "/notes"}
     assert sum(each.topic == "/calls" for each in found) >= CALLS - 10
+
+
+@pytest.mark.parametrize("kind", [CHUNK, MESSAGE_INDEX])
+@pytest.mark.parametrize("bits", [0x3, 0x600, 1 << 20, 1 << 40])
+def test_a_damaged_length_costs_at_most_its_own_chunk(kind: int, bits: int, content: bytes, tmp_path: Path) -> None:
+    path, broken = tmp_path / "run.mcap", bytearray(content)
+    path.write_bytes(content)
+    everything = entries(path)[0]
+    _, begin, _ = [each for each in records(content) if each[0] == kind][2]
+    broken[begin + 1 : begin + 9] = struct.pack("<Q", struct.unpack_from("<Q", content, begin + 1)[0] ^ bits)
+    path.write_bytes(broken)
+    found, health = entries(path)
+    assert health.is_complete
+    calls = [sum(each.topic == "/calls" for each in some) for some in (everything, found)]
+    assert calls[0] - calls[1] <= (5 if kind == CHUNK else 0)
+    assert (found == everything) or kind == CHUNK
+    assert all(each in everything for each in found)
+
+
+def test_a_length_beyond_the_end_is_not_read(content: bytes, tmp_path: Path) -> None:
+    path, broken = tmp_path / "run.mcap", bytearray(content)
+    _, begin, _ = [each for each in records(content) if each[0] == MESSAGE_INDEX][-1]
+    broken[begin + 3] ^= 0xFF
+    path.write_bytes(broken)
+    done = repair(path)
+    assert (done.health.damaged, done.lost) == (0, len(content) - begin)
+    assert done.messages == len(entries(path)[0]) > 0
+
+
+def test_reading_goes_on_behind_damage_a_limited_number_of_times(
+    content: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "run.mcap"
+    beginning = next(begin for kind, begin, _ in records(content) if kind == CHUNK)
+    too_long = struct.pack("<BQ", METADATA, 1 << 62)
+    path.write_bytes(content[:beginning] + (chunk_of(1, b"", "", b"x") + too_long) * 50)
+    assert entries(path)[1].damaged == 99
+    monkeypatch.setattr("elib.records.mcapreader.MAX_GAPS", 10)
+    assert entries(path)[1].damaged == 20
 
 
 @EXAMPLES

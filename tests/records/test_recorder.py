@@ -162,6 +162,26 @@ async def test_calls_and_outcomes_belong_together_by_number(robot: elib.Epuck, p
 
 
 @inside(elib.open, SIM)
+async def test_a_call_that_ends_before_an_older_one_of_its_command_has_its_own_number(
+    robot: elib.Epuck, path: Path
+) -> None:
+    before = asyncio.create_task(robot.proximity())
+    await robot.sleep(0.001)
+    with robot.record(path):
+        picture = asyncio.create_task(robot.image())
+        await robot.sleep(0.001)
+        patient = asyncio.create_task(robot.within(5).proximity())
+        await robot.sleep(0.001)
+        with pytest.raises(ReplyTimeout):
+            await robot.within(0.02).proximity()
+        await asyncio.gather(before, picture, patient)
+    calls = {each["call"]: each["time"] for each in of_topic(path, "/calls")}
+    outcomes = [each for each in of_topic(path, "/outcomes") if each["command"] == "proximity"]
+    assert [(each["call"], each["ok"]) for each in outcomes] == [(0, True), (3, False), (2, True)]
+    assert [each["time"] - each["waited"] for each in outcomes[1:]] == pytest.approx([calls[3], calls[2]])
+
+
+@inside(elib.open, SIM)
 async def test_readings_are_what_the_program_got_at_the_time_it_got_them(robot: elib.Epuck, path: Path) -> None:
     with robot.record(path):
         near = [await robot.proximity() for _ in range(5)]

@@ -184,6 +184,28 @@ def test_a_gap_in_whole_numbers_is_nan() -> None:
     assert found["proximity"]["proximity_left"].tolist() == [3.0, pytest.approx(np.nan, nan_ok=True)]
 
 
+def test_a_long_text_does_not_make_all_others_of_its_column_as_wide() -> None:
+    data = {"time": 1.0, "name": "note", "event": "", "level": 2}
+    found, _ = rows(*(Sent("/notes", {**data, "message": text}) for text in ("x" * 500_000, *["short"] * 40)))
+    assert found["notes"]["text"].tolist() == ["x" * 500_000, *["short"] * 40]
+    assert found["notes"]["text"].nbytes < 1000
+    assert found["notes"]["kind"].dtype.kind == "U"
+
+
+@pytest.mark.parametrize(
+    ("command", "text", "arguments"),
+    [
+        ("stop", "stop()", ""),
+        ("set_speed", "set_speed(0.3, 0.2)", "0.3, 0.2"),
+        ("sensors", "watch(proximity, encoders)", "proximity, encoders"),
+        ("set_speed", "text('D,0,(0)')", "'D,0,(0)'"),
+    ],
+)
+def test_the_arguments_of_a_call_are_what_stands_in_its_parentheses(command: str, text: str, arguments: str) -> None:
+    found, _ = rows(Sent("/calls", {"time": 1.0, "call": 1, "command": command, "text": text}))
+    assert found["calls"]["arguments"].tolist() == [arguments]
+
+
 def test_calls_come_in_their_order_and_those_without_an_end_come_last() -> None:
     def call(number: int) -> Sent:
         return Sent("/calls", {"time": float(number), "call": number, "command": "stop", "text": "stop()"})
@@ -204,3 +226,6 @@ def test_calls_come_in_their_order_and_those_without_an_end_come_last() -> None:
     assert found["calls"]["call"].tolist() == [0, 1, 2, 3]
     assert found["calls"]["time"].tolist() == [pytest.approx(0.2), 1, 2, 3]
     assert found["calls"]["ok"].tolist() == [True, True, True, None]
+    found, _ = rows(call(1), end(0, 1.1), end(0, 1.2), end(1, 1.5))
+    assert found["calls"]["call"].tolist() == [0, 0, 1], "each call that was made before has a row of its own"
+    assert found["calls"]["time"].tolist() == pytest.approx([0.6, 0.7, 1])

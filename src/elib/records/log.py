@@ -65,6 +65,9 @@ class Log:
         self._writer = LineWriter(target)
         self._writer.put(f"{HEADER.format(names)}\n")
         self._is_running = True
+        # The calls that were logged and have no outcome yet, by name and time: only their outcomes are logged, or each
+        # one would later be taken for that of another call.
+        self._open: list[tuple[str, float]] = []
         self._channel.hooks.append(self._note)
 
     @property
@@ -92,7 +95,10 @@ class Log:
         self._is_running = True
 
     def stop(self) -> None:
-        """Stop logging until the next :meth:`start`; lines that wait are written now."""
+        """Log no more calls until the next :meth:`start`; lines that wait are written now.
+
+        The outcomes of calls that were logged before are still logged.
+        """
         self._is_running = False
         self._writer.hurry()
 
@@ -145,12 +151,16 @@ class Log:
         if isinstance(event, session.Ending) and self._channel.error is not None:
             self._leave()
             self._writer.end(ROBOT_CLOSING_TIME)
+        elif isinstance(event, session.Ended):
+            call = event.request.name, event.called
+            if call in self._open:
+                self._open.remove(call)
+                self._write(time, "ok" if event.error is None else "ko", event.request.name)
         elif self._is_running:
             match event:
                 case session.Called(request=request):
+                    self._open.append((request.name, time))
                     self._write(time, "call", request.name)
-                case session.Ended(request=request, error=error):
-                    self._write(time, "ok" if error is None else "ko", request.name)
                 case _:
                     if remark := _remark_on(event):
                         self._remark(f"{time:.8f} {self._name} {remark}")

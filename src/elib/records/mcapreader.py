@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import struct
 import zlib
 from collections.abc import Callable, Iterator, Mapping
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, cast
 
 from elib.base.errors import ArgumentError
 from elib.base.files import open_file, reason_of
-from elib.records.mcapwriter import CHANNEL, MAGIC, MAX_PACKED, MESSAGE, SCHEMA
+from elib.records.mcapwriter import CHANNEL, CHUNK_SIZE, MAGIC, MAX_PACKED, MESSAGE, SCHEMA
 
 if TYPE_CHECKING:
     from mcap.records import Chunk, McapRecord
@@ -22,6 +23,8 @@ MAX_CHUNK = 1 << 24
 """Bytes of an unpacked chunk. A larger one is damaged: chunks of elib have 1 MiB, those of other tools 4 MiB."""
 MAX_RECORD = MAX_CHUNK + (1 << 16)
 """Bytes of any other record. A longer one is damaged, too."""
+MAX_GAPS = 1000
+"""Times that reading begins: a crafted file could have a long record read again behind each damaged one."""
 
 
 @dataclass(slots=True)
@@ -39,9 +42,7 @@ def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iter
 
     The state of the file is noted in *health*. With *only_header* it stops at the first chunk.
     """
-    from mcap.exceptions import McapError
     from mcap.records import Chunk, Message
-    from mcap.stream_reader import StreamReader
 
     try:
         stream = open_file(path)
@@ -52,27 +53,61 @@ def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iter
             raise ArgumentError(
                 f"{os.fspath(path)!r} is not an MCAP file", hint="robot.record(FILE) and elib record FILE write them"
             )
-        stream.seek(0)
-        size = os.fstat(stream.fileno()).st_size
-        reader = StreamReader(cast("Any", _Bounded(stream, size)), emit_chunks=True, record_size_limit=MAX_RECORD)
+        for record in _records_in(stream, health):
+            if not isinstance(record, Chunk):
+                yield record
+            elif only_header:
+                return
+            else:
+                try:
+                    for part in _parts_in(_unpacked(record)):
+                        health.messages += isinstance(part, Message)
+                        yield part
+                except _Damaged:
+                    health.damaged += 1
+                    continue
+            health.ends_at = stream.tell()
+
+
+def _records_in(stream: BinaryIO, health: Health) -> Iterator[McapRecord]:
+    """Yield the whole records of a file, and chunks as they are. What stands between two of them is damaged."""
+    from mcap.exceptions import McapError
+    from mcap.records import Chunk
+    from mcap.stream_reader import StreamReader
+
+    size = os.fstat(stream.fileno()).st_size
+    source = cast("Any", _Bounded(stream, size))
+    begin, last = stream.tell(), 0  # where the record begins, and the last chunk
+    for _ in range(MAX_GAPS):
+        reader = StreamReader(source, skip_magic=True, emit_chunks=True, record_size_limit=MAX_RECORD)
         try:
             for record in reader.records:
-                if not isinstance(record, Chunk):
-                    yield record
-                elif only_header:
-                    return
-                else:
-                    try:
-                        for part in _parts_in(_unpacked(record)):
-                            health.messages += isinstance(part, Message)
-                            yield part
-                    except _Damaged:
-                        health.damaged += stream.tell() < size  # the last chunk is cut off, not damaged
-                        continue
-                health.ends_at = stream.tell()
+                if isinstance(record, Chunk):
+                    last = begin
+                begin = stream.tell()
+                yield record
             health.is_complete, health.ends_at = True, stream.tell()
+            return
         except (McapError, EOFError, struct.error, ValueError, UnicodeDecodeError):
+            # What was read since the last chunk may hold others: perhaps the length of a record is damaged.
+            found = _next_chunk(stream, last + 1, size)
+        if found is None:
             return  # the file is cut off here; all whole records were yielded
+        health.damaged += 1
+        begin = stream.seek(found)
+
+
+def _next_chunk(stream: BinaryIO, place: int, size: int) -> int | None:
+    """Return where the next whole chunk begins, from *place* on; the two lengths in its head fit each other."""
+    while place < size:
+        stream.seek(place)
+        for head in _CHUNK_HEAD.finditer(stream.read(CHUNK_SIZE)):
+            length, packed = (int.from_bytes(head[each], "little") for each in (1, 3))
+            begin = place + head.start()
+            if length == 36 + len(head[2]) + packed and begin + _HEAD.size + length <= size:
+                return begin
+        place += CHUNK_SIZE - 64  # a head is shorter
+    return None
 
 
 class _Damaged(Exception):
@@ -80,14 +115,16 @@ class _Damaged(Exception):
 
 
 class _Bounded:
-    """A file that never returns more than it has: a damaged length must not make the reader fill the memory."""
+    """A file that is not read beyond its end: a damaged length must neither fill the memory nor pass for a record."""
 
     def __init__(self, stream: BinaryIO, size: int) -> None:
         self._stream, self._size = stream, size
 
     def read(self, length: int) -> bytes:
-        """Return *length* bytes, or what is left; never more than a record may have."""
-        return self._stream.read(max(0, min(length, MAX_RECORD, self._size - self._stream.tell())))
+        """Return *length* bytes; raise an error if fewer are left, or a record may not have so many."""
+        if not 0 <= length <= min(MAX_RECORD, self._size - self._stream.tell()):
+            raise EOFError
+        return self._stream.read(length)
 
 
 def _unpacked(chunk: Chunk) -> bytes:
@@ -159,4 +196,6 @@ def _parts_in(data: bytes) -> Iterator[McapRecord]:
         raise _Damaged from None
 
 
+_CHUNK_HEAD = re.compile(rb"\x06(?=(.{8}).{28}(\0{4}|\x04\0{3}zstd|\x03\0{3}lz4)(.{8}))", re.DOTALL)
+"""The beginning of a chunk: its length, the name of its compression, and the length of what is packed."""
 _HEAD, _MESSAGE = struct.Struct("<BQ"), struct.Struct("<HIQQ")

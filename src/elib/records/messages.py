@@ -16,7 +16,6 @@ from elib.base.pictures import base64_of
 from elib.base.pose import Pose
 from elib.link import session
 from elib.link.protocol.image import Image
-from elib.link.protocol.table import Request
 from elib.link.protocol.values import Distance, Proximity, Reading, Sensors
 from elib.link.session.statistics import LinkStats
 from elib.records import topics
@@ -110,7 +109,8 @@ class Translator:
 
     def __init__(self) -> None:
         self._count = 0
-        self._open: dict[int, tuple[Request[object], deque[int]]] = {}
+        # The numbers of the calls without an outcome, by what was called and when.
+        self._open: dict[tuple[str, float], deque[int]] = {}
         self._makers: dict[type, Callable[..., Iterable[Message]]] = {
             session.Called: self._called,
             session.Ended: self._ended,
@@ -134,8 +134,7 @@ class Translator:
     def _called(self, time: float, event: session.Called) -> Iterable[Message]:
         request = event.request
         self._count += 1
-        # Calls without arguments share one request object. It is kept here, so that its id() is not given to another.
-        self._open.setdefault(id(request), (request, deque()))[1].append(self._count)
+        self._open.setdefault((request.text, time), deque()).append(self._count)
         data = topics.CallData(
             time=time,
             call=self._count,
@@ -147,11 +146,10 @@ class Translator:
 
     def _ended(self, time: float, event: session.Ended) -> Iterable[Message]:
         request = event.request
-        number = self._number_of(request)
         error = event.error
         data = topics.OutcomeData(
             time=time,
-            call=number,
+            call=self._number_of(event),
             command=request.name,
             ok=error is None,
             error="" if error is None else f"{type(error).__name__}: {error}".removesuffix(": "),
@@ -163,14 +161,14 @@ class Translator:
             found += reading_messages(time, request.name, event.value)
         return found
 
-    def _number_of(self, request: Request[object]) -> int:
+    def _number_of(self, event: session.Ended) -> int:
         """Return the number of a call that ended; 0 if the call was made before the recording began."""
-        if id(request) not in self._open:
+        call = event.request.text, event.called
+        if call not in self._open:
             return 0
-        _, numbers = self._open[id(request)]
-        number = numbers.popleft()
-        if not numbers:
-            del self._open[id(request)]
+        number = self._open[call].popleft()
+        if not self._open[call]:
+            del self._open[call]
         return number
 
     def _opened(self, time: float, event: session.SessionOpened) -> Iterable[Message]:

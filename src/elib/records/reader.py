@@ -130,8 +130,13 @@ class Recording:
             topics: Topics to yield; all topics if none are given. ``/readings/`` stands for all readings.
             health: If given, the state of the files is noted here.
         """
+        health = Health() if health is None else health
+        cut_off = 0
         for path in self.paths:
+            health.is_complete = False
             yield from self.entries_of(path, *topics, health=health)
+            cut_off += not health.is_complete
+        health.is_complete = not cut_off
 
     def entries_of(self, path: Path, *topics: str, health: Health | None = None) -> Iterator[Entry]:
         """Yield the messages of one part; see :meth:`entries`."""

@@ -26,6 +26,8 @@ ROWS = 10_000
 """Rows that are gathered before they are passed on: some 10 MB."""
 MAX_OPEN = 10_000
 """Calls without an outcome that are waited for; a robot has a handful."""
+MAX_PADDING = 1 << 24
+"""Characters, of 4 bytes, that the texts of a column may be padded with: NumPy makes all as wide as the longest one."""
 MAX_NAME = 64
 MAX_TABLES, MAX_KEYS = 64, 64
 """Readings of a recording, and fields of one: elib has some twenty of either. A damaged file may hold anything."""
@@ -203,7 +205,7 @@ class Tabulator:
     def _other_rows(self, topic: str, data: Mapping[str, Any]) -> Iterator[Row]:
         time = data["time"]
         if topic == CALLS.name:
-            arguments = data["text"].removeprefix(data["command"]).strip("() ")
+            arguments = data["text"].partition("(")[2].removesuffix(")")
             self._open[data["call"]] = [
                 *(time, data["call"], data["command"], arguments),
                 *(None, "", None, None),
@@ -211,9 +213,11 @@ class Tabulator:
             ]
             yield from self._ended_calls()
         elif topic == OUTCOMES.name:
-            # A call that was made before the recording began has the number 0, and no message of its own.
-            call = self._open.setdefault(data["call"], [time - data["waited"], data["call"], data["command"], ""])
+            # Calls that were made before the recording began have the number 0, and no message of their own.
+            call = self._open.get(data["call"]) or [time - data["waited"], data["call"], data["command"], ""]
             call[4:] = [data["ok"], data["error"], data["waited"], data["round_trip"], *self._end]
+            if data["call"] not in self._open:
+                yield tuple(call)
             yield from self._ended_calls()
         elif topic == NOTES.name:
             yield (time, data["name"], data["event"], data["level"], data["message"], *self._end)
@@ -253,22 +257,22 @@ def names_of(topics: Iterable[str]) -> list[str]:
 
 def arrays(columns: Columns, batches: Sequence[Sequence[Row]]) -> Table:
     """Return the rows of a table as an array for each column."""
-    import numpy as np  # programs that only write recordings start faster without it
-
     parts = [list(zip(*rows, strict=True)) for rows in batches] or [[()] * len(columns)]
     return {
-        name: np.concatenate([_array(kind, part[place]) for part in parts])
+        name: _array(kind, [cell for part in parts for cell in part[place]])
         for place, (name, kind) in enumerate(columns.items())
     }
 
 
 def _array(kind: Kind, cells: Sequence[Cell]) -> NDArray[Any]:
-    import numpy as np
+    import numpy as np  # programs that only write recordings start faster without it
 
     has_gaps = None in cells
     match kind:
         case "text":
-            return np.array(["" if cell is None else cell for cell in cells], str)
+            texts = [str(cell or "") for cell in cells]
+            width = max(map(len, texts), default=0)
+            return np.array(texts, object if width * len(texts) - sum(map(len, texts)) > MAX_PADDING else str)
         case "truth":
             return np.array(cells, object if has_gaps else bool)
         case "whole" if not has_gaps:

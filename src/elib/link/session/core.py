@@ -369,10 +369,8 @@ class Session:
             call.timer.cancel()
         now = self._loop.time()
         self.counter.ended(call, error, now)
-        trip = now - call.sent
-        self.hooks.emit(
-            now, Ended, call.request, value, error, now - call.called, trip, call.is_replaced, call.overtook_at
-        )
+        times = call.called, now - call.called, now - call.sent
+        self.hooks.emit(now, Ended, call.request, value, error, *times, call.is_replaced, call.overtook_at)
 
     # -- sending and receiving --
 

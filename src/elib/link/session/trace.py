@@ -28,6 +28,7 @@ class Ended:
     request: Request[object]  # what was asked
     value: object  # the answer; None for a bare acknowledgement and where there is an error
     error: BaseException | None  # why there is no answer, or None
+    called: float  # when the call was made, s on the loop's clock, as the event ``Called`` said
     waited: float  # time from the call to its end, s
     round_trip: float  # time from sending to the end, s; nan if it was never sent
     is_replaced: bool = False  # whether a newer call was sent in its place, and it shares that one's outcome

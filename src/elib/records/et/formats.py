@@ -253,10 +253,17 @@ def _plain(cell: Cell) -> str:
     return repr(cell) if isinstance(cell, float) else str(cell)
 
 
+class _Lines(list[str]):
+    """Lines as ``csv`` writes them, one at a time."""
+
+    write = list.append
+
+
 def _lines(rows: Iterable[Iterable[str]]) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()
+    lines = _Lines()
+    # Python before 3.13 puts quotes around "\r" only if it stands in the line end.
+    csv.writer(lines, lineterminator="\r\n").writerows(rows)
+    return "".join([f"{line[:-2]}\n" for line in lines])
 
 
 def _batches(rows: Iterable[Sequence[Cell]]) -> Iterator[list[Sequence[Cell]]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -46,6 +46,8 @@ class Pairing:
         times = block.numbers(0).tolist()
         last, unended = self._last, self._open
         for place, (row, now) in enumerate(zip(block.rows, times, strict=True)):
+            if place in block.begins:
+                self._give_up(last)
             words = row.split(b" ")
             if len(words) == 6:
                 _, robot, event, command, _, _ = words
@@ -54,7 +56,7 @@ class Pairing:
             else:
                 raise block.error(place, f"a row of a log has 6 columns; this one has {len(words)}")
             if now < last.get(robot, now) - BACKWARDS:
-                self._give_up(robot)
+                self._give_up({robot})
             last[robot] = now
             key = robot, command
             waiting = unended.get(key)
@@ -76,6 +78,8 @@ class Pairing:
                     del unended[key]
                 self._count -= 1
                 yield Pair(begun, robot, event, command, now - begun if now > begun else 0.0, number)
+        if len(block.rows) in block.begins:
+            self._give_up(last)
         if len(self._last) > MAX_ROBOTS:
             raise block.error(0, f"up to here there are more than {MAX_ROBOTS} robots; this is not a log")
 
@@ -95,8 +99,10 @@ class Pairing:
             found.append(f"ok or ko without a call: {self.orphans}; the log began between the two")
         return found
 
-    def _give_up(self, robot: bytes) -> None:
-        """Give up the open calls of a robot: a new run was appended to the log, so they will never have an outcome."""
-        for key in [key for key in self._open if key[0] == robot]:
+    def _give_up(self, robots: Container[bytes]) -> None:
+        """Give up the open calls of robots: a new run was appended to the log, so they will never have an outcome."""
+        for key in [key for key in self._open if key[0] in robots]:
             # Only their number is kept, so they do not fill the memory however often the log was begun again.
-            self._given_up[key] += len(self._open.pop(key))
+            count = len(self._open.pop(key))
+            self._given_up[key] += count
+            self._count -= count

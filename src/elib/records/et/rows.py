@@ -23,6 +23,8 @@ NAMES = {"time": 0, "robot": 1, "event": 2, "command": 3, "not_sent": 4, "not_an
 
 NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 BYTES_OF_NUMBERS = b"0123456789+-.eE "
+HEADER = b"# elib log "
+"""The beginning of the first line of a log; a run that was appended to one has a header of its own."""
 BOM = b"\xef\xbb\xbf"
 """The byte order mark that .NET writes in front of UTF-8."""
 
@@ -45,6 +47,12 @@ class Block:
             lines.pop()
         # the rows, without line ends; comments and empty lines are left out
         self.rows = [each for each in lines if each and each[0] != 35]  # 35 is "#"
+        self.begins: set[int] = set()  # before which rows a header stands
+        place = 0
+        for each in lines if HEADER in data else ():
+            if each.startswith(HEADER):
+                self.begins.add(place)
+            place += bool(each) and each[0] != 35
         self.name = name
         self.line = line  # number of the first line, from 1
         self.count = len(lines)  # how many lines there are, with comments and empty lines
