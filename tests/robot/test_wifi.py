@@ -494,28 +494,28 @@ asyncio.run(main())
 """
 
 
+ENDINGS = [
+    ("pictures blocks", signal.SIGINT),
+    ("pictures watchdog", signal.SIGSTOP),
+    ("blocks", signal.SIGINT),
+    ("blocks", signal.SIGTERM),
+    ("pictures", signal.SIGINT),
+    ("pictures", signal.SIGQUIT),
+    ("pictures", signal.SIGTSTP),
+    ("pictures blocks", signal.SIGTSTP),
+    ("pictures blocks", signal.SIGQUIT),
+    ("pictures watchdog", signal.SIGKILL),
+    ("watchdog", signal.SIGSTOP),
+    ("watchdog", signal.SIGKILL),
+    ("pictures blocks watchdog", 0),
+]
+"""What a program does when it is ended, and how; the first two are the quick form."""
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="signals as Linux has them")
 @pytest.mark.parametrize(
     ("words", "number"),
-    short(
-        [
-            ("pictures blocks", signal.SIGINT),
-            ("pictures watchdog", signal.SIGSTOP),
-            ("blocks", signal.SIGINT),
-            ("blocks", signal.SIGTERM),
-            ("pictures", signal.SIGINT),
-            ("pictures", signal.SIGQUIT),
-            ("pictures", signal.SIGTSTP),
-            ("pictures blocks", signal.SIGTSTP),
-            ("pictures blocks", signal.SIGQUIT),
-            ("pictures watchdog", signal.SIGKILL),
-            ("watchdog", signal.SIGSTOP),
-            ("watchdog", signal.SIGKILL),
-            ("pictures blocks watchdog", 0),
-        ],
-        ("pictures blocks", signal.SIGINT),
-        ("pictures watchdog", signal.SIGSTOP),
-    ),
+    short(ENDINGS, *ENDINGS[:2]),
 )
 async def test_a_program_on_wifi_that_is_ended_suspended_or_frozen_leaves_a_robot_that_stands(
     words: str, number: int

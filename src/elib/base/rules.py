@@ -380,8 +380,10 @@ class Text(Rule):
 
 
 @dataclass(frozen=True, slots=True)
-class Lines(Text):
-    """A text of any number of lines, none too."""
+class Lines(Rule):
+    """A text, which may be empty or have several lines."""
+
+    longest: int = MAX_TEXT  # characters at most
 
     def __str__(self) -> str:
         return f"a text of at most {self.longest} characters"

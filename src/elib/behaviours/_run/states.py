@@ -123,7 +123,7 @@ class BlockingStateMachine(StateMachine):
             return walk.take(answer)
 
         react_blocking(robot, walk.run, step, period=self.period)
-        if not walk.run.is_over:  # else who gave the run stops the robot
+        if not walk.run.is_over:  # else the caller that gave the run stops the robot
             robot.stop()
 
 

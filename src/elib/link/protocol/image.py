@@ -198,12 +198,11 @@ class Image:
 
         from elib.base.files import replacing  # here: only saving needs it
 
-        kind = PIL.Image.registered_extensions().get(os.path.splitext(path)[1].lower())
-        if kind not in PIL.Image.SAVE:
-            name = os.fspath(path)
-            raise ArgumentError(f"a picture cannot become {name!r}", hint="let its name end in .png or .jpg")
+        target = os.fspath(path)
+        if PIL.Image.registered_extensions().get(os.path.splitext(target)[1].lower()) not in PIL.Image.SAVE:
+            raise ArgumentError(f"a picture cannot become {target!r}", hint="let its name end in .png or .jpg")
         picture = enlarged(self, SCALE.require(scale, "scale"))
-        with replacing(os.fspath(path)) as file:
+        with replacing(target) as file:
             picture.save(file)
 
     def _repr_png_(self) -> bytes:
