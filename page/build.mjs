@@ -66,8 +66,9 @@ function writeStudio(files, index) {
   const hash = createHash("sha256"),
     names = readdirSync(INTO).sort();
   for (const name of names) hash.update(name).update(readFileSync(join(INTO, name)));
-  const kept = `const FILES = ${JSON.stringify(names)};\nconst VERSION = "${hash.digest("hex").slice(0, 16)}";\n`;
-  writeFileSync(join(INTO, "service.js"), kept + readFileSync(join(HERE, "service.js")));
+  const facts = { FILES: names, POLICY, VERSION: hash.digest("hex").slice(0, 16) };
+  const written = Object.entries(facts).map(([name, fact]) => `const ${name} = ${JSON.stringify(fact)};\n`);
+  writeFileSync(join(INTO, "service.js"), written.join("") + readFileSync(join(HERE, "service.js")));
 }
 
 /** Return the licences of all packages of which something is in the page; esbuild adds a few lines of its own. */

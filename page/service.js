@@ -1,7 +1,8 @@
 // The studio's service worker: it keeps the files of one version of the studio, and answers with them, so that the
-// studio needs no network after the first visit. The build writes FILES and VERSION above this.
+// studio needs no network after the first visit. The build writes FILES, POLICY and VERSION above this.
 const OURS = `elib studio ${registration.scope} `;
 const CACHE = OURS + VERSION;
+const CONFINED = registration.scope + "confined.js";
 
 async function keep() {
   const cache = await caches.open(CACHE);
@@ -18,6 +19,15 @@ async function answer(request) {
   return (await cache.match(request, { ignoreSearch: request.mode === "navigate" })) ?? fetch(request);
 }
 
+// No server has a file of this name. So a worker that asks for it has the policy, or does not start.
+async function confined() {
+  const { body } = await answer(new Request("worker.js"));
+  return new Response(body, { headers: { "Content-Security-Policy": POLICY, "Content-Type": "text/javascript" } });
+}
+
 addEventListener("install", (event) => event.waitUntil(keep()));
 addEventListener("activate", (event) => event.waitUntil(forget()));
-addEventListener("fetch", (event) => event.request.method === "GET" && event.respondWith(answer(event.request)));
+addEventListener("fetch", (event) => {
+  const { method, url } = event.request;
+  if (method === "GET") event.respondWith(url === CONFINED ? confined() : answer(event.request));
+});

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Iterator
@@ -24,10 +23,6 @@ def studio(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if done.returncode == NOT_BUILT:
         pytest.skip(done.stderr.splitlines()[0])
     assert done.returncode == 0, done.stderr
-    # In Firefox, what a worker without an address imports is not answered by the service worker, but from the browser's
-    # own store, where a file stays fresh for a tenth of its age. So the tests need a studio that has been there a day.
-    for file in folder.rglob("*"):
-        os.utime(file, (file.stat().st_atime, file.stat().st_mtime - 86_400))
     return folder
 
 

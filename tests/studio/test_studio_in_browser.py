@@ -43,6 +43,15 @@ async def show(tab: Tab, text: str) -> None:
     await tab.run(f"elib.borrow('test.py', {json.dumps(text)}, 'a test')")
 
 
+async def reaches_nothing(tab: Tab, elsewhere: Server) -> None:
+    fetched = f"fetch('{elsewhere.url}', {{ mode: 'no-cors' }}).then(() => 'sent', () => 'refused')"
+    assert await tab.run(fetched) == "refused"
+    await show(tab, REACH.replace("{elsewhere}", elsewhere.url))
+    said = (await ran(tab)).splitlines()
+    assert said[0].startswith("EvalError")
+    assert said[-2:] == ["[]", "[]"]
+
+
 async def test_a_program_of_a_link_waits_for_run_reaches_nothing_else_and_runs_without_a_network_at_the_next_visit(
     open_page: Opener, server: Server, studio: Path
 ) -> None:
@@ -54,17 +63,13 @@ async def test_a_program_of_a_link_waits_for_run_reaches_nothing_else_and_runs_w
     assert {url.removeprefix("blob:").startswith(server.url) for url in tab.requests} == {True}
     assert tab.complaints == []
     elsewhere = Server(studio)
-    fetched = f"fetch('{elsewhere.url}', {{ mode: 'no-cors' }}).then(() => 'sent', () => 'refused')"
-    assert await tab.run(fetched) == "refused"
-    await show(tab, REACH.replace("{elsewhere}", elsewhere.url))
-    said = (await ran(tab)).splitlines()
-    assert said[0].startswith("EvalError")
-    assert said[-2:] == ["[]", "[]"]
-    elsewhere.close()
+    await reaches_nothing(tab, elsewhere)
     await tab.until("navigator.serviceWorker.ready.then(({ active }) => active.state === 'activated')")
     await tab.close()
     server.close()
     again = await open_page(f"{server.url}studio/")
     await again.until(READY)
+    await reaches_nothing(again, elsewhere)
+    elsewhere.close()
     await show(again, DRIVE)
     assert await ran(again) == "0.05 m\n"

@@ -15,7 +15,7 @@ let python: Python;
 let spare: Python | null = null;
 
 function load(): Python {
-  const worker = confined("worker.js"),
+  const worker = confined(),
     said: MessageEvent[] = []; // while nobody listens
   worker.onmessage = (event) => said.push(event);
   return { worker, said };
