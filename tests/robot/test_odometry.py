@@ -129,6 +129,17 @@ def test_counters_that_wrapped_unread_are_told_apart_by_speed_and_time(field: st
 
 
 @firmwares
+def test_a_watch_without_the_counters_leaves_none_of_a_long_way_out(field: str, firmware: str) -> None:
+    with elib.connect(f"{field}&firmware={firmware}") as robot, robot.watch("proximity", "accelerometer", rate=1):
+        robot.set_speed(1, 1)
+        robot.sleep(35)
+        robot.stop()
+        robot.sleep(2)
+        assert robot.pose().x > 4.4
+        assert off(robot, robot.pose())[0] < 0.001
+
+
+@firmwares
 def test_a_restart_that_nobody_noticed_makes_the_pose_uncertain_and_says_so(
     field: str, firmware: str, tmp_path: Path
 ) -> None:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
-from typing import cast
+from dataclasses import dataclass, replace
+from typing import Any, cast
 
 from elib.link.protocol import shapes, wifi
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.context import Context, Reply
 from elib.link.protocol.forms import opcode
-from elib.link.protocol.replies import GUARD, Guarded, Several
+from elib.link.protocol.replies import GUARD, Guarded, Packed, Several
 from elib.link.protocol.table import Request
-from elib.link.protocol.values import Reading
+from elib.link.protocol.values import Reading, Sensors
 from elib.robot.snapshot import SENSORS
 
 Found = dict[str, object]
@@ -29,7 +29,7 @@ class Poll:
     request: Request[Found]
 
     def readings(self, found: Mapping[str, object]) -> dict[str, Reading]:
-        """Return the readings in an answer; a reading from an answer of its own replaces one from the packet."""
+        """Return the readings in an answer: from answers of their own, and the others from the packet."""
         packet = found.get("packet")
         readings: dict[str, Reading] = {}
         for name in self.names:
@@ -109,7 +109,7 @@ def _frame(chained: Sequence[str], packed: Collection[str], context: Context, te
     if packed:
         codes.append(opcode(shapes.PACKET_CODE))
         keys.append("packet")
-        parts.append(shapes.PACKET)
+        parts.append(_WHOLE_READINGS)
     for name in chained:
         form = SPECS[name].binary_form(context.profile)
         assert form is not None
@@ -121,6 +121,14 @@ def _frame(chained: Sequence[str], packed: Collection[str], context: Context, te
     return _poll((*packed, *chained), bytes(codes) + b"\0" + GUARD, Guarded(whole), text)
 
 
+def _whole_readings(numbers: shapes.Values, context: Context) -> Sensors:
+    """Return the readings of the packet, without those of which the firmware has more in an answer of their own."""
+    profile = context.profile
+    cut: dict[str, Any] = dict.fromkeys((*profile.chain, *profile.tail))
+    return replace(shapes.packet_of(numbers, context), **cut)
+
+
+_WHOLE_READINGS = Packed(shapes.PACKET_FORMAT, _whole_readings)
 _PACKET: wifi.PacketReply[Found] = wifi.PacketReply(wifi.SENSORS, lambda value: {"packet": value})
 
 
