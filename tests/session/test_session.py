@@ -18,7 +18,7 @@ from elib.base.errors import (
 from elib.link.protocol.values import Proximity, Steps
 from elib.link.session import GRACE, Call, Called, Ended, Greeted, Resynced, Session
 from elib.link.transport import Transport
-from elib.link.transport.memory import memory_pair
+from elib.link.transport.memory import MemoryTransport, memory_pair
 from elib.simulator.emulator.faults import Fault
 from elib.testing import simulated
 from shared import inside
@@ -547,6 +547,39 @@ async def test_what_was_sent_unqueued_leaves_a_slow_line_before_it_is_closed() -
     await session.close()
     await task
     assert robot.lines[-1] == b"S"
+
+
+class TricklingTransport(MemoryTransport):
+    """A transport that takes a byte a second from when it is told to."""
+
+    is_slow = False
+
+    def flush(self) -> None:
+        if not self.is_slow:
+            super().flush()
+
+    async def trickle(self, far: MemoryTransport) -> None:
+        self.is_slow = True
+        while self.is_open:
+            await asyncio.sleep(1)  # clock: simulated
+            if self._out:
+                far.feed(bytes([self._out.pop(0)]))
+                self.wake_writer()
+
+
+@simulated
+async def test_a_line_that_moves_a_byte_a_second_is_not_lost() -> None:
+    host, far = TricklingTransport("memory://"), MemoryTransport("memory://")
+    host.join(far)
+    robot = FakeRobot(far)
+    task = asyncio.ensure_future(robot.run())
+    r = Rig(await Session.open(host), robot, far)
+    robot.next_answer(b"N", 0.3)
+    await r.lose("proximity")
+    trickling = asyncio.ensure_future(host.trickle(far))
+    assert await r.ask("proximity", within=60) == NEAR
+    await r.session.close()
+    await asyncio.gather(trickling, task)
 
 
 @inside(rig)

@@ -78,8 +78,6 @@ FLUSH_TIME = 0.4
 """s that a stop which was sent past the queue may take to leave before the line is closed."""
 AFTER_PAUSE = 1.0
 """s that a call has left when the world of a virtual robot goes on after a pause."""
-WRITE_TIMEOUT = 5.0
-"""s after which a link that takes no bytes counts as lost."""
 
 
 class Session:
@@ -413,7 +411,7 @@ class Session:
         self._resync.last_sent = now
         self.hooks.emit(now, Wrote, data)
         if not self._line.send_nowait(data) and self.error is None:
-            self._writing = self._loop.create_task(self._write(data), name=f"elib writing {self.transport.url}")
+            self._writing = self._loop.create_task(self._line.write(data), name=f"elib writing {self.transport.url}")
             self._writing.add_done_callback(self._on_task_done)
 
     async def _resynchronise(self) -> None:
@@ -433,17 +431,7 @@ class Session:
     async def _put_and_wait(self, data: bytes) -> None:
         """Write a probe and wait until it was taken; no request is sent meanwhile."""
         self.hooks.emit(self._loop.time(), Wrote, data)
-        await self._write(data)
-
-    async def _write(self, data: bytes) -> None:
-        try:
-            async with asyncio.timeout(WRITE_TIMEOUT):
-                await self._line.write(data)
-        except TimeoutError:
-            raise LinkLost(
-                f"{self.transport.url} took no bytes for {WRITE_TIMEOUT:g} s",
-                hint="is the robot still on and in range?",
-            ) from None
+        await self._line.write(data)
 
     def _on_task_done(self, task: asyncio.Task[None]) -> None:
         if task is self._writing:

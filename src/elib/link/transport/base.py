@@ -199,7 +199,7 @@ class BufferedTransport(ABC):
                 if self._unsent() >= before:
                     self.lose(
                         f"{self._url}: the other side took no byte for {WRITE_STALL:g} s",
-                        hint="switch the robot off and on, and connect again",
+                        hint="is the robot still on and in range? switch it off and on, and connect again",
                     )
             finally:
                 self._writer = None
