@@ -62,7 +62,7 @@ async def listen(robot: Epuck, run: RunContext, *, threshold: Threshold = 30) ->
         quiet_since = robot.time
         said = f"a sound of {sound.volume:.0f} counts"
         if sound.error > UNCLEAR:
-            if run.states[-1][1] != "unclear":
+            if run.current_state != "unclear":
                 run.say(f"{said}, but the microphones do not tell from where: go nearer")
             run.state("unclear")
             return
