@@ -93,6 +93,8 @@ def test_the_nearest_tag_comes_first_and_a_wrong_family_or_size_is_refused(tmp_p
         with pytest.raises(elib.ArgumentError, match="no family '25h9'") as caught:
             robot.tags(0.06, family="25h9")
         assert "16h5, 36h11" in caught.value.hint
+        with pytest.raises(elib.ArgumentError, match="no family"):
+            robot.image().tags(0.06, family=["16h5"])  # type: ignore[arg-type]
         with pytest.raises(elib.ArgumentError, match="size is 60"):
             robot.tags(60)
         with pytest.raises(elib.ArgumentError, match="size is 60"):

@@ -48,7 +48,6 @@ def _detector(family: str) -> Any:
         raise Unsupported(
             "tags are found with the package opencv-python-headless, which is not installed", hint=install("vision")
         ) from None
-    codes(family)
     rules = cv2.aruco.DetectorParameters()
     rules.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_APRILTAG  # five times as exact; counts from pixels' edges
     rules.errorCorrectionRate = 0.0  # with the few cells of 16h5, much looks like a tag that has one wrong
@@ -71,6 +70,7 @@ def find(pixels: NDArray[numpy.uint8], zoom: int, size: float, family: str) -> l
         ArgumentError: There is no such family.
         Unsupported: OpenCV is not installed.
     """
+    codes(family)  # refuses a wrong one
     detector = _detector(family)
     import cv2
 
