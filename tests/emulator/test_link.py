@@ -7,7 +7,7 @@ from link_rig import Parrot, make_rig
 from elib.base.errors import ArgumentError, LinkLost
 from elib.link.transport.base import BUFFER_LIMIT
 from elib.link.transport.memory import memory_pair
-from elib.simulator.emulator.faults import Fault
+from elib.simulator.emulator.faults import Fault, both
 from elib.testing import simulated
 from shared import now
 
@@ -299,6 +299,12 @@ async def test_a_value_out_of_range_is_refused(option: dict[str, float]) -> None
 def test_an_impossible_fault_is_refused(fault: dict[str, float]) -> None:
     with pytest.raises(ArgumentError):
         Fault(**fault)
+
+
+def test_of_two_faults_the_one_that_inverts_bits_says_which() -> None:
+    corrupting, slow = Fault(corrupt=3, mask=0x01), Fault(delay=0.1)
+    for found in (both(corrupting, slow), both(slow, corrupting)):
+        assert found == Fault(delay=0.1, corrupt=3, mask=0x01)
 
 
 @simulated

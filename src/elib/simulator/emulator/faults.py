@@ -49,6 +49,7 @@ def both(first: Fault | None, second: Fault) -> Fault:
         delay=first.delay + second.delay,
         halve=first.halve or second.halve,
         corrupt=second.corrupt if first.corrupt is None else first.corrupt,
+        mask=second.mask if first.corrupt is None else first.mask,
         copy_after=second.copy_after if first.copy_after is None else first.copy_after,
     )
 
