@@ -1,7 +1,5 @@
 """The robot's side of the wire, without any robot behind it."""
 
-import itertools
-
 import pytest
 
 from elib.link.protocol.robot_connection import (
@@ -22,7 +20,7 @@ def robot() -> RobotConnection:
 
 
 def events(robot: RobotConnection, data: bytes) -> list[object]:
-    return list(robot.receive(data))
+    return [event for byte in data if (event := robot.feed(byte)) is not None]
 
 
 @pytest.mark.parametrize("end", [b"\r", b"\n"])
@@ -81,15 +79,6 @@ def test_an_unknown_opcode_takes_no_parameters(robot: RobotConnection) -> None:
 
 def test_0x80_opens_a_session_too(robot: RobotConnection) -> None:
     assert events(robot, b"\x80V\r\0V\r") == [SessionEnd(), TextLine(b"V\r")]
-
-
-def test_the_cut_of_the_stream_changes_nothing() -> None:
-    stream = b"\0C\r\xb2\xbc\x01\0\2\0\0D,1\n\r\n\xaf\0\rV\r\xb4\1\2\0"
-    whole = events(RobotConnection(LENGTHS), stream)
-    for first, second in itertools.combinations(range(len(stream)), 2):
-        robot = RobotConnection(LENGTHS)
-        pieces = [stream[:first], stream[first:second], stream[second:]]
-        assert [event for piece in pieces for event in robot.receive(piece)] == whole
 
 
 def test_an_endless_line_is_cut_and_still_ends(robot: RobotConnection) -> None:

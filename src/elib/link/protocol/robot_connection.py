@@ -6,7 +6,8 @@ or what an answer looks like. No I/O, no clock.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 LINE_LIMIT = 65_535
@@ -15,7 +16,7 @@ LINE_LIMIT = 65_535
 _NUL = 0x00
 _LINE_ENDS = (0x0A, 0x0D)
 _FIRST_OPCODE = 0x80  # bytes from here on are negative as a signed char, and open a binary session
-_SPACES = b" \t\n\v\f\r"
+_NUMBER = re.compile(rb",[ \t\n\v\f\r]*(?P<sign>[+-]?)0*(?P<digits>[0-9]+)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,20 +118,6 @@ class RobotConnection:
             self._open_line(byte)
         return None
 
-    def receive(self, data: bytes) -> Iterator[Event]:
-        """Take many bytes.
-
-        Args:
-            data: As they came off the wire, cut anywhere.
-
-        Yields:
-            What the bytes completed, in order.
-        """
-        for byte in data:
-            event = self.feed(byte)
-            if event is not None:
-                yield event
-
     def _open_line(self, byte: int) -> None:
         self._line = bytearray((byte,))
         self._state = _LINE
@@ -165,26 +152,10 @@ def scan_integers(line: bytes, count: int, *, long_bits: int = 32) -> list[int]:
     """
     high = (1 << (long_bits - 1)) - 1
     numbers: list[int] = []
-    position, end = 1, len(line)
-    while len(numbers) < count and position < end and line[position] == 0x2C:
-        position += 1
-        while position < end and line[position] in _SPACES:
-            position += 1
-        start = position
-        if position < end and line[position] in b"+-":
-            position += 1
-        digits = position
-        while position < end and 0x30 <= line[position] <= 0x39:
-            position += 1
-        if position == digits:
-            break
-        numbers.append(_clamped(line[start:position], high))
+    position = 1
+    while len(numbers) < count and (found := _NUMBER.match(line, position)):
+        # int() refuses very long texts; 20 digits are already more than every long.
+        value = int(found["sign"] + found["digits"][:20])
+        numbers.append(max(-high - 1, min(value, high)))
+        position = found.end()
     return numbers
-
-
-def _clamped(digits: bytes, high: int) -> int:
-    sign = -1 if digits.startswith(b"-") else 1
-    # Thousands of zeros are legal, and int() refuses very long texts.
-    significant = digits.lstrip(b"+-").lstrip(b"0")
-    value = int(significant or b"0") if len(significant) <= 20 else high + 1
-    return min(value, high) if sign > 0 else -min(value, high + 1)
