@@ -24,7 +24,7 @@ from elib.link.protocol.values import Sensors, Steps, Version
 from elib.link.protocol.wifi import ALL_SENSORS, pair
 from elib.link.protocol.wifi_connection import OutOfStep, WifiConnection
 from elib.link.session.trace import Received, Transcript, Wrote
-from elib.link.transport.base import Transport, codec_of, last_command_of, tells_counters
+from elib.link.transport.base import Transport, codec_of
 from elib.link.transport.url import parse_url
 
 DRAIN_TIME = 0.2
@@ -59,8 +59,10 @@ class RecordingTransport:
         self.url = inner.url
         self.codec = codec_of(inner)
         self.origin = inner.origin
-        self.last_command = last_command_of(inner)
-        self.tells_counters = tells_counters(inner)
+        # over Wi-Fi, the command from which the first one is made; without one, the first one stops the robot
+        self.last_command: bytes = getattr(inner, "last_command", b"")
+        # whether the step counters may be read now: in the replay of a recording without them, they may not
+        self.tells_counters: bool = getattr(inner, "tells_counters", True)
         self._inner = inner
         self._clock = asyncio.get_running_loop().time
         self._events: list[tuple[float, Wrote | Received]] = []

@@ -26,10 +26,12 @@ class Transport(Protocol):
     """An open, ordered, bidirectional stream of bytes to one robot.
 
     One task reads and one writes. Every error is a :class:`~elib.LinkError`, never one of the system. A
-    transport is used once: after :meth:`close` or a lost link it stays dead. Its attribute ``codec`` says what
-    the bytes are, if they are not those of a serial line (:func:`codec_of`).
-    Its attribute ``last_command`` is there if it goes on with an earlier program (:func:`last_command_of`).
+    transport is used once: after :meth:`close` or a lost link it stays dead.
     :func:`elib.testing.check_transport` checks these rules.
+
+    Three attributes may be there: ``codec`` if the bytes are not those of a serial line (:func:`codec_of`);
+    ``last_command``, over Wi-Fi, if it goes on with an earlier program; ``tells_counters``, False for a recording in
+    which the step counters were not read while the link was opened.
     """
 
     @property
@@ -74,25 +76,6 @@ def codec_of(transport: Transport) -> str:
         ``"serial"``, the usual one, for text and binary commands; ``"wifi"`` for the packets of the e-puck2's Wi-Fi.
     """
     return str(getattr(transport, "codec", "serial"))
-
-
-def last_command_of(transport: Transport) -> bytes:
-    """Return the command over Wi-Fi with which an earlier program was left, the attribute ``last_command``.
-
-    Returns:
-        The command from which the first one is made, if the transport goes on with a recorded program. Nothing if it
-        does not: the first command then stops the robot.
-    """
-    return bytes(getattr(transport, "last_command", b""))
-
-
-def tells_counters(transport: Transport) -> bool:
-    """Return whether the step counters may be read while a link is opened, the attribute ``tells_counters``.
-
-    Returns:
-        False for a recording in which they were not read then: its replay would differ.
-    """
-    return bool(getattr(transport, "tells_counters", True))
 
 
 class BufferedTransport(ABC):
