@@ -12,7 +12,7 @@ from elib.link.protocol.connection import Answer, Refusal, ResyncAnswer, State
 from elib.link.protocol.context import Context
 from elib.link.protocol.profiles import EPUCK2_WIFI, FIRMWARES
 from elib.link.protocol.table import Request
-from elib.link.protocol.wifi import ALL_SENSORS, memory_of, pair, sensors_of, stop_command
+from elib.link.protocol.wifi import ALL_SENSORS, SENSORS, memory_of, packet_value, pair, stop_command
 from elib.link.protocol.wifi_connection import OutOfStep, Streamed, WifiConnection
 
 STANDING = bytes.fromhex("80 02 00 00000000 00 000000 000000 000000 000000 00")
@@ -166,13 +166,13 @@ def test_a_field_of_the_sensor_packet_is_where_the_reference_says(
     raw = bytes.fromhex(data)
     packet[offset : offset + len(raw)] = raw
     context = Context(EPUCK2_WIFI, time=2.5)
-    readings = sensors_of(packet, 0, context)
+    readings = packet_value(SENSORS, packet, 0, context)
     reading = getattr(readings, name)
     assert callable(holds)
     assert holds(reading)
     assert (reading.time, reading.origin) == (2.5, "robot")
     for other in v.READING_TYPES.keys() - {name, "speed"}:
-        assert getattr(readings, other) == getattr(sensors_of(bytes(104), 0, context), other)
+        assert getattr(readings, other) == getattr(packet_value(SENSORS, bytes(104), 0, context), other)
     # The row of the table gives the same.
     connection = opened()
     connection.send(SPECS[name].request(connection.context))
@@ -203,20 +203,20 @@ def test_a_picture_is_160_by_120_in_colour_high_byte_first() -> None:
 
 # -- the connection ----------------------------------------------------------------------------------------------------
 
-SENSORS = b"\x02" + struct.pack("<104x")
+SENSORS_PACKET = b"\x02" + struct.pack("<104x")
 
 
 def opened() -> WifiConnection:
     connection = WifiConnection(Context(EPUCK2_WIFI))
     connection.send(Request("open", "open", pair(connection.context), ALL_SENSORS))
-    connection.receive(b"\x03" + SENSORS, 0.0)
+    connection.receive(b"\x03" + SENSORS_PACKET, 0.0)
     assert isinstance(connection.next_event(), Answer)
     assert connection.state is State.IDLE
     return connection
 
 
 def numbered(number: int) -> bytes:
-    packet = bytearray(SENSORS)
+    packet = bytearray(SENSORS_PACKET)
     packet[1 + 69 : 1 + 71] = number.to_bytes(2, "little")
     return bytes(packet)
 
@@ -302,10 +302,10 @@ def test_a_stop_overtakes_as_one_command_without_a_marker_and_never_more_than_fo
 def test_a_speed_that_was_not_confirmed_is_not_undone_by_the_next_command() -> None:
     connection = opened()
     connection.send(SPECS["set_speed"].request(connection.context, 0.5, 0.5))
-    connection.receive(b"\x03" + SENSORS, 1.0)
+    connection.receive(b"\x03" + SENSORS_PACKET, 1.0)
     connection.send(SPECS["set_speed"].request(connection.context, 0, 0))
     connection.abandon()
-    connection.receive(b"\x03" + SENSORS, 1.0)
+    connection.receive(b"\x03" + SENSORS_PACKET, 1.0)
     data = connection.send(SPECS["set_body_led"].request(connection.context, 1))
     assert data[3:7] == data[24:28] == bytes(4), "the robot was told to stop, and the lamp must not drive it on"
     assert connection.context.last_set.speed == (500, 500), "only what is confirmed is known to be set"
@@ -321,20 +321,20 @@ def test_pictures_are_streamed_while_they_are_wanted_and_cleared_after_a_single_
     assert (data[1], data[22]) == (0, 2)
     assert connection.is_tidying
     assert connection.unasked() == b""
-    connection.receive(SENSORS + b"\x03", 1.0)
+    connection.receive(SENSORS_PACKET + b"\x03", 1.0)
     assert connection.state is State.IDLE
     assert not connection.is_tidying
     events(connection)
     connection.context.streams_images = True
     assert connection.unasked()[22] == 3
-    connection.receive(SENSORS + b"\x03\x01" + bytes(38400) + SENSORS, 1.0)
+    connection.receive(SENSORS_PACKET + b"\x03\x01" + bytes(38400) + SENSORS_PACKET, 1.0)
     assert [type(event) for event in events(connection)] == [ResyncAnswer, Streamed]
     assert connection.send(SPECS["proximity"].request(connection.context))[22] == 3
 
 
 def test_readings_are_events_only_while_they_are_watched() -> None:
     connection = opened()
-    connection.receive(SENSORS, 1.0)
+    connection.receive(SENSORS_PACKET, 1.0)
     assert events(connection) == []
     connection.wants_sensors = lambda time: True
     connection.receive(numbered(5) + numbered(6), 1.0)
@@ -361,7 +361,7 @@ def test_bytes_that_are_not_packets_end_the_connection(data: bytes, reason: str)
     assert isinstance(event, OutOfStep)
     assert reason in event.reason
     assert connection.state is State.CLOSED
-    connection.receive(SENSORS, 1.0)
+    connection.receive(SENSORS_PACKET, 1.0)
     assert events(connection) == []
 
 
@@ -378,7 +378,7 @@ def test_a_number_that_is_not_finite_refuses_the_call_and_not_the_link() -> None
     connection = opened()
     connection.wants_sensors = lambda time: True
     connection.send(SPECS["attitude"].request(connection.context))
-    packet = bytearray(SENSORS)
+    packet = bytearray(SENSORS_PACKET)
     struct.pack_into("<f", packet, 1 + 6, math.nan)
     connection.receive(b"\x03" + packet, 1.0)
     (event,) = events(connection)

@@ -84,7 +84,7 @@ MAX_COUNTS = 4095
 """The converter has 12 bits."""
 
 
-def check_sensors(payload: bytes | bytearray, start: int = 0) -> None:
+def check_sensors(payload: bytes | bytearray, start: int) -> None:
     """Check the bytes of a sensor packet whose values are limited: a stream out of step does not have them there.
 
     Raises:
@@ -98,26 +98,6 @@ def check_sensors(payload: bytes | bytearray, start: int = 0) -> None:
     highest = max(_INFRARED.unpack_from(payload, start + INFRARED_AT))
     if highest > MAX_COUNTS:
         raise RemoteProtocolError(f"a sensor packet has an infrared sensor at {highest} counts: it is out of step")
-
-
-def sensors_of(payload: bytes | bytearray, start: int, context: Context) -> v.Sensors:
-    """Return the readings of a sensor packet, whose payload begins at *start*.
-
-    Raises:
-        RemoteProtocolError: The bytes are not those of a sensor packet.
-    """
-    check_sensors(payload, start)
-    numbers = SENSORS_PACKET.unpack_from(payload, start)
-    return packet_of(numbers, context, button=v.Button(bool(payload[start + BUTTON_AT]), **context.stamp))
-
-
-def image_of(payload: bytes | bytearray, start: int, context: Context) -> Image:
-    """Return the picture of an image packet, whose payload begins at *start*."""
-    raw = bytes(payload[start : start + PAYLOAD[IMAGE]])
-    zoom = SENSOR_WIDTH // COLUMNS
-    return Image(
-        CameraMode.COLOUR, COLUMNS, ROWS, raw, context.profile.mounting, zoom=zoom, grey=context.grey, **context.stamp
-    )
 
 
 # -- rows of the command table ---------------------------------------------------------------------------------------
@@ -143,14 +123,20 @@ class PacketReply(Generic[T]):
 
 
 def packet_value(kind: int, buffer: bytes | bytearray, start: int, context: Context) -> v.Sensors | Image | None:
-    """Return what a packet holds, whose payload begins at *start*.
+    """Return the readings or the picture of a packet, whose payload begins at *start*; None if it is empty.
 
     Raises:
         RemoteProtocolError: The bytes are not those of such a packet.
     """
     if kind == SENSORS:
-        return sensors_of(buffer, start, context)
-    return image_of(buffer, start, context) if kind == IMAGE else None
+        check_sensors(buffer, start)
+        numbers = SENSORS_PACKET.unpack_from(buffer, start)
+        return packet_of(numbers, context, button=v.Button(bool(buffer[start + BUTTON_AT]), **context.stamp))
+    if kind == IMAGE:
+        mounting, zoom = context.profile.mounting, SENSOR_WIDTH // COLUMNS
+        raw = bytes(buffer[start : start + PAYLOAD[IMAGE]])
+        return Image(CameraMode.COLOUR, COLUMNS, ROWS, raw, mounting, zoom=zoom, grey=context.grey, **context.stamp)
+    return None
 
 
 @dataclass(frozen=True, slots=True)
