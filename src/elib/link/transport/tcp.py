@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import errno
 import socket
-from dataclasses import dataclass
 
 from elib.base.errors import ArgumentError, LinkError, LinkNotFound
 from elib.base.rules import Whole
@@ -34,14 +33,6 @@ def host_and_port(url: Url) -> tuple[str, int]:
     return match[1].strip("[]"), Whole(1, 65535).require(int(match[2]), "port")
 
 
-@dataclass(frozen=True, slots=True)
-class Advice:
-    """What to try if a TCP connection cannot be opened."""
-
-    silent: str  # if nothing answers at the address
-    refused: str  # if nothing listens on the port
-
-
 async def open_tcp(url: Url) -> StreamTransport:
     """Connect to ``tcp://host:port``.
 
@@ -51,15 +42,26 @@ async def open_tcp(url: Url) -> StreamTransport:
         SimulationError: The event loop simulates time.
     """
     host, port = host_and_port(url)
-    advice = Advice(
+    return await connect_tcp(
+        StreamTransport(str(url)),
+        host,
+        port,
         silent="is the computer on, on the same network, and its firewall open for this port?",
         refused=f"start the server first, for a virtual robot: elib simulate --tcp {host}:{port}",
     )
-    return await connect_tcp(StreamTransport(str(url)), host, port, advice)
 
 
-async def connect_tcp(transport: StreamTransport, host: str, port: int, advice: Advice) -> StreamTransport:
+async def connect_tcp(
+    transport: StreamTransport, host: str, port: int, *, silent: str, refused: str
+) -> StreamTransport:
     """Connect *transport* to a port, and return it.
+
+    Args:
+        transport: What the connection is for.
+        host: Name or number of the host.
+        port: Its port.
+        silent: What to try if nothing answers at the address.
+        refused: What to try if nothing listens on the port.
 
     Raises:
         LinkNotFound: There is no such host, nothing listens there, or no answer came within 5 s.
@@ -78,11 +80,11 @@ async def connect_tcp(transport: StreamTransport, host: str, port: int, advice: 
             hint="check the spelling, or use the number of the address, like 192.168.1.5",
         ) from error
     except TimeoutError as error:
-        raise LinkNotFound(f"{url}: no answer within {OPEN_TIMEOUT:g} s", hint=advice.silent) from error
+        raise LinkNotFound(f"{url}: no answer within {OPEN_TIMEOUT:g} s", hint=silent) from error
     except OSError as error:
         # For a host with several addresses there is one error without a number, made of the texts of all.
         if isinstance(error, ConnectionRefusedError) or f"[Errno {errno.ECONNREFUSED}]" in str(error):
-            raise LinkNotFound(f"{url}: no program listens on port {port}", hint=advice.refused) from error
+            raise LinkNotFound(f"{url}: no program listens on port {port}", hint=refused) from error
         text = error.strerror or str(error)
         raise LinkError(f"{url}: {text}", hint="can this computer reach that network?") from error
     channel.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

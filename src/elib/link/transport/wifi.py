@@ -11,7 +11,7 @@ import time
 
 from elib.base.errors import ArgumentError
 from elib.link.transport.stream import StreamTransport
-from elib.link.transport.tcp import ONE_AT_A_TIME, Advice, connect_tcp, host_and_port
+from elib.link.transport.tcp import ONE_AT_A_TIME, connect_tcp, host_and_port
 from elib.link.transport.url import Scheme, Url
 
 PORT = 1000
@@ -70,13 +70,15 @@ async def open_wifi(url: Url) -> StreamTransport:
         SimulationError: The event loop simulates time.
     """
     host, port = host_and_port(Url(url.scheme, f"{url.target}:{PORT}" if _HOST.fullmatch(url.target) else url.target))
-    advice = Advice(
+    return await connect_tcp(
+        WifiTransport(str(url)),
+        host,
+        port,
         silent="is the robot on, and on the same network as this computer? Other programs may hold it; "
         + ONE_AT_A_TIME,
         refused="is it the address of the robot? Its selector must be at 15, and its Wi-Fi firmware connected to the "
         "network: ring LED 1 is then green",
     )
-    return await connect_tcp(WifiTransport(str(url)), host, port, advice)
 
 
 SCHEME = Scheme(open_wifi, check=_check)

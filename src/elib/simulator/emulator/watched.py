@@ -16,7 +16,7 @@ from elib.base.extras import check_web
 from elib.link.protocol.profiles import profile_named
 from elib.link.transport.lease import lease_of
 from elib.link.transport.stream import StreamTransport
-from elib.link.transport.tcp import ONE_AT_A_TIME, Advice, connect_tcp
+from elib.link.transport.tcp import ONE_AT_A_TIME, connect_tcp
 from elib.link.transport.url import Url, parse_url
 from elib.link.transport.wifi import WifiTransport
 from elib.simulator.emulator.settings import SimulationSettings
@@ -144,8 +144,8 @@ async def open_watched(url: Url, settings: SimulationSettings) -> StreamTranspor
     try:
         await asyncio.to_thread(world.start)
         host, _, port = parse_url(world.robots[(settings.robot or 1) - 1]).target.rpartition(":")
-        advice = Advice(silent=ONE_AT_A_TIME, refused="did somebody end the process elib simulate?")
-        return await connect_tcp(transport, host, int(port), advice)
+        refused = "did somebody end the process elib simulate?"
+        return await connect_tcp(transport, host, int(port), silent=ONE_AT_A_TIME, refused=refused)
     except BaseException:
         transport.abort()
         raise
