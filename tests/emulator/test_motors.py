@@ -5,7 +5,8 @@ from collections.abc import Callable
 
 import pytest
 
-from elib.simulator.emulator.motors import MicrostepMotor, PowerSavingMotor, StepMotor, wrap
+from elib.base.body import wrapped
+from elib.simulator.emulator.motors import MicrostepMotor, PowerSavingMotor, StepMotor
 
 
 def drive(motor: StepMotor, speed: int, ticks: int) -> int:
@@ -19,7 +20,7 @@ def drive(motor: StepMotor, speed: int, ticks: int) -> int:
     ("value", "bits", "cut"), [(32767, 16, 32767), (32768, 16, -32768), (-32769, 16, 32767), (2**32 + 5, 32, 5)]
 )
 def test_integers_wrap_at_their_width(value: int, bits: int, cut: int) -> None:
-    assert wrap(value, bits) == cut
+    assert wrapped(value, bits) == cut
 
 
 @pytest.mark.parametrize(
@@ -145,7 +146,7 @@ def test_a_motor_makes_no_more_steps_than_its_speeds_allow_whatever_they_were() 
             motor.set_speed(draw.choice((0, draw.randint(-5, 5), draw.randint(-1000, 1000))))
             before, seconds = motor.steps, draw.expovariate(10)
             motor.run(seconds)
-            assert abs(wrap(motor.steps - before, 16)) <= abs(motor.rate) * seconds + 2
+            assert abs(wrapped(motor.steps - before, 16)) <= abs(motor.rate) * seconds + 2
 
 
 def test_running_in_small_pieces_loses_no_time() -> None:

@@ -14,7 +14,7 @@ import math
 from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Any, Protocol, TypeVar
 
-from elib.base.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
+from elib.base.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION, WHEEL_CIRCUMFERENCE
 from elib.base.errors import (
     CommandRejected,
     ElibError,
@@ -34,7 +34,7 @@ T = TypeVar("T")
 
 Look = Callable[[], Awaitable[None]]
 
-FASTEST = STEPS_PER_REVOLUTION * METRES_PER_STEP
+FASTEST = WHEEL_CIRCUMFERENCE
 """m/s: one turn of a wheel a second, the firmware's limit."""
 FIRST_TRIP = 0.1
 """s assumed for a round trip before one was measured: two commands over Bluetooth (wire-protocol.md, 5.13)."""

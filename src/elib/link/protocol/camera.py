@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from elib.base.body import CHIP
+from elib.base.body import CHIP, wrapped
 from elib.link.protocol.quantities import CameraMode, pixel_bytes
 
 SENSOR_WIDTH, SENSOR_HEIGHT = CHIP
@@ -62,10 +62,6 @@ def _word(number: int) -> int:
     return number & 0xFFFF
 
 
-def _signed(number: int) -> int:
-    return (number + 0x8000 & 0xFFFF) - 0x8000
-
-
 def _centred(array: int, span: int) -> int:
     """Return the edge that centres *span* on *array* pixels, rounded towards zero as C does."""
     return int((array - span) / 2)
@@ -85,7 +81,7 @@ def _epuck1(
     """
 
     def window(mode: int, width: int, height: int, zoom: int, x: int, y: int) -> CameraWindow:
-        span_x, span_y, zoom = _signed(width * zoom), _signed(height * zoom), _word(zoom)
+        span_x, span_y, zoom = wrapped(width * zoom), wrapped(height * zoom), _word(zoom)
         left = _centred(SENSOR_WIDTH, span_x) if x == CENTRED else x
         top = _centred(SENSOR_HEIGHT, span_y) if y == CENTRED else y
         span_x, span_y = _word(span_x), _word(span_y)
@@ -103,7 +99,7 @@ def _epuck1(
         needed = columns * pixel_bytes(mode) * (zoom // skip) + 1
         if needed > LINE_SLOTS:
             raise WindowRefused(f"a row needs {needed} bytes of the {LINE_SLOTS} that there are")
-        return CameraWindow(mode, columns, span_y // zoom, zoom, _signed(left), _signed(top))
+        return CameraWindow(mode, columns, span_y // zoom, zoom, wrapped(left), wrapped(top))
 
     return CameraDriver(chip, window)
 

@@ -8,13 +8,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from elib.base.body import FASTEST, FASTEST_2, MOTOR_FREQUENCY, MOTOR_TIMER, step_period, step_rate
-
-
-def wrap(value: int, bits: int) -> int:
-    """Cut *value* to a signed integer of *bits* bits, as the processors do."""
-    half = 1 << (bits - 1)
-    return ((value + half) & ((1 << bits) - 1)) - half
+from elib.base.body import FASTEST, FASTEST_2, MOTOR_FREQUENCY, MOTOR_TIMER, step_period, step_rate, wrapped
 
 
 class StepMotor(Protocol):
@@ -68,7 +62,7 @@ class PowerSavingMotor:
 
     @steps.setter
     def steps(self, value: int) -> None:
-        self._steps = wrap(value, 16)
+        self._steps = wrapped(value, 16)
 
     def set_speed(self, speed: int) -> None:
         """Set the speed, steps/s, limited to -1000..1000."""
@@ -153,11 +147,11 @@ class MicrostepMotor:
 
     @steps.setter
     def steps(self, value: int) -> None:
-        self._microsteps = wrap(2 * value, 32)
+        self._microsteps = wrapped(2 * value, 32)
 
     def set_speed(self, speed: int) -> None:
         """Set the speed, steps/s: cut to 16 bits first, then limited to -1100..1100."""
-        self.speed = max(-FASTEST_2, min(FASTEST_2, wrap(speed, 16)))
+        self.speed = max(-FASTEST_2, min(FASTEST_2, wrapped(speed, 16)))
         self._interval = step_period(self.speed, 2) if self.speed else self.HALTED
         if self._counter > self._interval:
             self._counter = self._interval + self._counter % self._interval
@@ -183,4 +177,4 @@ class MicrostepMotor:
         if self.speed:
             moved = made if self.speed > 0 else -made
             self.turned += moved / 2
-            self._microsteps = wrap(self._microsteps + moved, 32)
+            self._microsteps = wrapped(self._microsteps + moved, 32)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import ClassVar
 
+from elib.base.body import wrapped
 from elib.link.protocol.camera import CENTRED
 from elib.link.protocol.image import Mounting
 from elib.simulator.emulator.build import EPUCK1_HW13, Build
@@ -16,7 +17,6 @@ from elib.simulator.emulator.firmware.dspic import DsPicFirmware
 from elib.simulator.emulator.firmware.helptext import HELP_ASERCOM, HELP_ASERCOM_OLD
 from elib.simulator.emulator.firmware.steps import FirmwareSteps, Send
 from elib.simulator.emulator.hardware import Hardware
-from elib.simulator.emulator.motors import wrap
 from elib.simulator.emulator.timing import ASERCOM_1_2_2 as DURATIONS
 from elib.simulator.emulator.timing import Timing
 
@@ -80,7 +80,7 @@ class AsercomCommands(Firmware):
         """Return a register as this compiler's ``char``."""
         value = self.register(device & 0xFF, number & 0xFF)
         byte = self.ABSENT if value is None else value
-        return wrap(byte, 8) if self.BYTES_ARE_SIGNED else byte
+        return wrapped(byte, 8) if self.BYTES_ARE_SIGNED else byte
 
     def register(self, device: int, number: int) -> int | None:
         """Read a register of the I2C bus.
@@ -205,7 +205,7 @@ class Asercom122(AsercomCommands, DsPicFirmware):
         """Return the module's five values, signed; without the module the bus reads all ones."""
         if not self.hardware.floor_present:
             return [-1] * 5
-        return [wrap(value, 16) for value in self.hardware.ground()[:5]]
+        return [wrapped(value, 16) for value in self.hardware.ground()[:5]]
 
     def register(self, device: int, number: int) -> int | None:
         """Read a register of the I2C bus; those of the inertial chip that the firmware never reads are taken as 0."""
@@ -230,7 +230,7 @@ class Asercom122(AsercomCommands, DsPicFirmware):
     @text("g")
     def _text_gyroscope(self, line: bytes) -> bytes:
         # Each axis is read with both bytes signed; the binary command reads them properly (wire-protocol.md, 5.5).
-        return self.print_numbers("g", [wrap(with_signed_low_byte(axis), 16) for axis in self.rotation()])
+        return self.print_numbers("g", [wrapped(with_signed_low_byte(axis), 16) for axis in self.rotation()])
 
     @binary(0x9F)
     def _binary_accelerometer(self, parameters: bytes) -> bytes:

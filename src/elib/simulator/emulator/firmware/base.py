@@ -23,6 +23,7 @@ from contextlib import suppress
 from types import FunctionType
 from typing import Any, ClassVar, TypeVar
 
+from elib.base.body import wrapped
 from elib.link.protocol.camera import CENTRED, DEFAULT_WINDOW, CameraDriver, WindowRefused
 from elib.link.protocol.quantities import pixel_bytes
 from elib.link.protocol.robot_connection import scan_integers
@@ -30,7 +31,7 @@ from elib.simulator.emulator.build import Build
 from elib.simulator.emulator.firmware.bootloader import ProgramMemory
 from elib.simulator.emulator.firmware.steps import Busy, FirmwareStep, FirmwareSteps, Hang, Send
 from elib.simulator.emulator.hardware import Hardware, Lights
-from elib.simulator.emulator.motors import StepMotor, wrap
+from elib.simulator.emulator.motors import StepMotor
 from elib.simulator.emulator.timing import Timing
 
 BANNER = b'\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
@@ -301,7 +302,7 @@ class Firmware(ABC):
         """Scan numbers into variables; a variable without a number keeps its value (wire-protocol.md, 1.6)."""
         numbers = scan_integers(line, len(names), long_bits=self.LONG_BITS)
         for name, number in zip(names, numbers, strict=False):
-            self.variables[name] = wrap(number, self.INT_BITS)
+            self.variables[name] = wrapped(number, self.INT_BITS)
 
     def unsigned(self, value: int) -> int:
         """Read a variable as unsigned."""
@@ -372,7 +373,7 @@ class Firmware(ABC):
     def keep_size(self) -> None:
         """Compute the size of a picture from the variables, and keep it there."""
         mode, width, height, _ = self.wanted_window()
-        self.variables["size"] = wrap(width * height * pixel_bytes(mode), self.INT_BITS)
+        self.variables["size"] = wrapped(width * height * pixel_bytes(mode), self.INT_BITS)
 
     def calibrated(self) -> list[int]:
         """Return the eight proximity values minus their offsets, at least 0, counts."""

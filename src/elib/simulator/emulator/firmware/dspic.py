@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import ClassVar
 
+from elib.base.body import wrapped
 from elib.link.protocol.camera import CENTRED, EPUCK1_DRIVERS, PO3030, SENSOR_HEIGHT, CameraDriver
 from elib.simulator.emulator.firmware.acceleration import (
     GRAVITY_ANALOG,
@@ -17,7 +18,7 @@ from elib.simulator.emulator.firmware.base import BANNER, Firmware, binary, text
 from elib.simulator.emulator.firmware.bootloader import ProgramMemory, run_bootloader
 from elib.simulator.emulator.firmware.steps import Busy, FirmwareStep, FirmwareSteps, Restart, Send
 from elib.simulator.emulator.hardware import Hardware, Lights
-from elib.simulator.emulator.motors import PowerSavingMotor, StepMotor, wrap
+from elib.simulator.emulator.motors import PowerSavingMotor, StepMotor
 from elib.simulator.emulator.timing import Timing
 
 REMOTE_ADDRESSES = (0, 8)
@@ -140,9 +141,11 @@ class DsPicFirmware(Firmware):
     def zeroed(self) -> list[int]:
         """Return the acceleration minus the zero, counts; the third axis is +1 g at rest."""
         if not self.hardware.hw13:
-            return [wrap(axis - zero, 16) for axis, zero in zip(self.hardware.acceleration(), self.zero, strict=True)]
+            return [
+                wrapped(axis - zero, 16) for axis, zero in zip(self.hardware.acceleration(), self.zero, strict=True)
+            ]
         x, y, z = self.hardware.inertial_acceleration()
-        return [scaled(wrap(axis - zero, 16)) for axis, zero in zip((y, x, z), self.zero, strict=True)]
+        return [scaled(wrapped(axis - zero, 16)) for axis, zero in zip((y, x, z), self.zero, strict=True)]
 
     # -- the camera --
 
