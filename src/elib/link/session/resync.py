@@ -54,7 +54,7 @@ class Settling:
         self._url = url
         self._is_paused = is_paused
         self._loop = asyncio.get_running_loop()
-        self._answer: asyncio.Future[None] | None = None
+        self._answer = asyncio.Event()
         # when the newest byte was received, s on the loop's clock; the session sets it
         self.last_byte = self._loop.time()
         # when the newest bytes were sent, without probes, s on the loop's clock; the session sets it
@@ -67,8 +67,7 @@ class Settling:
 
     def answered(self) -> None:
         """End the wait: what was waited for was received."""
-        if self._answer is not None and not self._answer.done():
-            self._answer.set_result(None)
+        self._answer.set()
 
     async def _wait_out_pause(self) -> bool:
         """Wait until the world goes on; return whether it stood still."""
@@ -100,10 +99,10 @@ class MarkerWait(Settling):
         """
         while self._connection.state is State.OUT_OF_SYNC:
             limit = max(MARKER_TIME, self._connection.busy_time + PROBE_TRIPS * self.trip)
-            answer = self._answer = self._loop.create_future()
+            self._answer.clear()
             try:
                 async with asyncio.timeout(limit):
-                    await answer
+                    await self._answer.wait()
             except TimeoutError:
                 if await self._wait_out_pause() or self._connection.state is not State.OUT_OF_SYNC:
                     continue
@@ -113,8 +112,6 @@ class MarkerWait(Settling):
                     + (f"sent nothing for {silent:.1f} s" if silent >= limit else "sends packets but takes no command"),
                     hint="is it switched on, charged and in range? open a new connection when it is",
                 ) from None
-            finally:
-                self._answer = None
 
 
 class Resync(Settling):
@@ -175,7 +172,7 @@ class Resync(Settling):
         while True:
             tried = min(self._connection.probes_asked, len(PROBE_TIMES) - 1)
             timeout = max(PROBE_TIMES[tried], PROBE_TRIPS * self.trip, self._connection.busy_time)
-            answer = self._answer = self._loop.create_future()
+            self._answer.clear()
             try:
                 data = self._connection.resync(avoid=(following(),))
             except OutOfQuestions:
@@ -186,12 +183,10 @@ class Resync(Settling):
             await self._put(data)
             try:
                 async with asyncio.timeout(timeout):
-                    await answer
+                    await self._answer.wait()
             except TimeoutError:
                 # The answer may have been received in the same turn of the loop in which the time ran out.
                 await self._wait_out_pause()
                 if self._connection.state is State.RESYNCING:
                     continue
-            finally:
-                self._answer = None
             return
