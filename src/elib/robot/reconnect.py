@@ -134,10 +134,7 @@ class Reconnector(ForwardingChannel):
             call: Call[T] | None = None
             try:
                 call = session.submit(request, max(0.0, deadline - self._loop.time()))
-                return await call.future
-            except asyncio.CancelledError:
-                session.give_up(call)
-                raise
+                return await session.outcome(call)
             except LinkLost:
                 self._on_down(session)
                 if call is not None and not math.isnan(call.sent) and not (request.only_reads or request.is_urgent):

@@ -255,22 +255,19 @@ class Session:
             RemoteProtocolError: The answer is malformed.
             LinkError: The link is closed or lost.
         """
-        call = self.submit(request, timeout)
+        return await self.outcome(self.submit(request, timeout))
+
+    async def outcome(self, call: Call[T]) -> T:
+        """Return the answer to *call*. If this is cancelled, the call is no longer sent, or its answer is dropped."""
         try:
             return await call.future
         except asyncio.CancelledError:
-            self.give_up(call)
+            if call.future.cancelled() or call.future.cancel():
+                self._end(cast("Call[object]", call), None, asyncio.CancelledError())
+                self._abandon_unwanted()
+            else:
+                call.future.exception()  # it ended in the same turn of the loop in which its caller was cancelled
             raise
-
-    def give_up(self, call: Call[T] | None) -> None:
-        """Give *call* up, because its caller was cancelled: it is no longer sent, or its answer is dropped."""
-        if call is None:
-            return
-        if call.future.cancelled() or call.future.cancel():
-            self._end(cast("Call[object]", call), None, asyncio.CancelledError())
-            self._abandon_unwanted()
-        else:
-            call.future.exception()  # it ended in the same turn of the loop in which its caller was cancelled
 
     async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request* as the last one: calls that wait end in LinkClosed, and no more are taken.
@@ -283,12 +280,7 @@ class Session:
         for entry in self._queue.clear():
             for call in entry:
                 self._fail(call, about(call.request, self._closed_error))
-        last = self.submit(request, timeout, is_last=True)
-        try:
-            return await last.future
-        except asyncio.CancelledError:
-            self.give_up(last)
-            raise
+        return await self.outcome(self.submit(request, timeout, is_last=True))
 
     @property
     def stopping_time(self) -> float:
