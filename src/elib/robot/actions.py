@@ -9,7 +9,7 @@ import inspect
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Protocol, get_args, runtime_checkable
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, runtime_checkable
 
 from elib.base.body import AXLE, METRES_PER_STEP, SENSOR_DIRECTIONS
 from elib.base.errors import ArgumentError, LinkLost, RemoteProtocolError, ReplyTimeout, Unsupported, about
@@ -45,8 +45,10 @@ USUAL_ANGLE = 6 * math.pi
 """rad, three turns: a larger number is likely to be in degrees."""
 
 Distance = Annotated[float, Quantity("distance", "m", -100, 100, scale=1e6, usual=USUAL_WAY)]
-Coordinate = Annotated[float, Quantity("coordinate", "m", -1000, 1000, scale=1e6, usual=USUAL_WAY)]
-Angle = Annotated[float, Quantity("angle", "rad", -1000, 1000, scale=1e6, usual=USUAL_ANGLE)]
+COORDINATE = Quantity("coordinate", "m", -1000, 1000, scale=1e6, usual=USUAL_WAY)
+Coordinate = Annotated[float, COORDINATE]
+ANGLE = Quantity("angle", "rad", -1000, 1000, scale=1e6, usual=USUAL_ANGLE)
+Angle = Annotated[float, ANGLE]
 Speed = Annotated[float, Quantity("speed", "m/s", 0.001, FASTEST, scale=1e6)]
 TurnRate = Annotated[float, Quantity("turn_rate", "rad/s", 0.05, 2 * FASTEST / AXLE, scale=1e6)]
 SignedSpeed = Annotated[float, Quantity("speed", "m/s", -FASTEST, FASTEST, scale=1e6)]
@@ -81,7 +83,6 @@ async def _look(robot: Robot, reflectance: float, gains: Any) -> Distances:
     """Read the sensors that measure distances."""
     from elib.link.protocol.distances import OpenAir, distances  # here: most programs read counts
 
-    reflects = checked(Reflectance, "reflectance", reflectance)
     if gains is not None:
         gains = GAINS.require(tuple(gains) if isinstance(gains, Iterable) else gains, "gains")
     context, found = robot.context, dict[str, Any]()
@@ -91,7 +92,7 @@ async def _look(robot: Robot, reflectance: float, gains: Any) -> Distances:
         found |= poll.readings(answer)
     context.open_air = context.open_air or OpenAir()
     near = context.open_air(found["proximity"])
-    return distances(near, gains=gains, reflectance=reflects, flight=found.get("distance"))
+    return distances(near, gains=gains, reflectance=reflectance, flight=found.get("distance"))
 
 
 def _messenger(robot: Robot) -> Messenger:
@@ -131,10 +132,8 @@ class Motions(Commands):
             >>> round(pose.x, 3)
             0.1
         """
-        way = checked(Distance, "distance", distance)
-        fastest = checked(Speed, "speed", speed)
-        async with self.motion.under_way(self, f"drive({distance})"):
-            await self.motion.roll(self, way, way, fastest)
+        async with self.motion.under_way(self, f"drive({distance:g})"):
+            await self.motion.roll(self, distance, distance, speed)
         return self.motion.odometry.pose
 
     @action
@@ -152,10 +151,8 @@ class Motions(Commands):
             >>> round(math.degrees(pose.heading))
             90
         """
-        rotation = checked(Angle, "angle", angle)
-        fastest = checked(TurnRate, "turn_rate", turn_rate)
-        async with self.motion.under_way(self, f"turn({angle})"):
-            await self.motion.turn(self, rotation, fastest)
+        async with self.motion.under_way(self, f"turn({angle:g})"):
+            await self.motion.turn(self, angle, turn_rate)
         return self.motion.odometry.pose
 
     @action
@@ -197,24 +194,22 @@ class Motions(Commands):
             if y is not None or heading is not None:
                 raise ArgumentError("go_to() takes either a pose, or x, y and heading", hint="robot.go_to(pose)")
             goal = x
-            x, y, heading = goal.x, goal.y, goal.heading
+            x, y = COORDINATE.check("x", goal.x), COORDINATE.check("y", goal.y)
+            heading = ANGLE.check("heading", goal.heading)
         elif y is None:
             raise ArgumentError("go_to() needs y as well", hint="robot.go_to(0.3, 0.2), m, or robot.go_to(pose)")
-        place = checked(Coordinate, "x", x), checked(Coordinate, "y", y)
-        end = None if heading is None else checked(Angle, "heading", heading)
-        fastest, turn_rate_limit = checked(Speed, "speed", speed), checked(TurnRate, "turn_rate", turn_rate)
-        async with self.motion.under_way(self, f"go_to({x}, {y})"):
+        async with self.motion.under_way(self, f"go_to({x:g}, {y:g})"):
             if map is None:
-                await self.motion.go(self, *place, fastest, turn_rate_limit)
+                await self.motion.go(self, x, y, speed, turn_rate)
             else:
                 from elib.maps.grid import check_grid  # here: they need NumPy, which most programs never load
                 from elib.robot.ways import go
 
                 check_grid(map)
-                await go(self, map, place, fastest, turn_rate_limit)
-            if end is not None:
-                rotation = math.remainder(end - self.motion.odometry.pose.heading, math.tau)
-                await self.motion.turn(self, rotation, turn_rate_limit)
+                await go(self, map, (x, y), speed, turn_rate)
+            if heading is not None:
+                rotation = math.remainder(heading - self.motion.odometry.pose.heading, math.tau)
+                await self.motion.turn(self, rotation, turn_rate)
         return self.motion.odometry.pose
 
     @action
@@ -234,15 +229,15 @@ class Motions(Commands):
             >>> robot.speed()
             Wheels(left=0.285, right=0.491)
         """
-        ahead, turning = checked(SignedSpeed, "speed", speed), checked(SignedTurnRate, "turn_rate", turn_rate)
-        left, right = ((ahead + side * turning * AXLE / 2) / FASTEST for side in (-1, 1))
-        if max(abs(left), abs(right)) > 1:
+        left, right = ((speed + side * turn_rate * AXLE / 2) / FASTEST for side in (-1, 1))
+        fastest = max(abs(left), abs(right))
+        if fastest > 1:
             raise ArgumentError(
-                f"speed {speed} m/s with turn_rate {turn_rate} rad/s asks a wheel for {max(abs(left), abs(right)):.2f} "
-                "rev/s; it makes 1 rev/s at most",
+                f"speed {speed:g} m/s with turn_rate {turn_rate:g} rad/s asks a wheel for {fastest:.2f} rev/s; it "
+                "makes 1 rev/s at most",
                 hint="drive or turn more slowly",
             )
-        self.motion.check_free(f"set_velocity({speed}, {turn_rate})")
+        self.motion.check_free(f"set_velocity({speed:g}, {turn_rate:g})")
         request = SPECS["set_speed"].request(self.session.context, left, right)
         await self.execute(request, request.timeout)
 
@@ -276,12 +271,8 @@ class Motions(Commands):
             >>> round(robot.drive(0.1).y, 3)
             0.4
         """
-        place = checked(Coordinate, "x", x), checked(Coordinate, "y", y)
-        direction = checked(Angle, "heading", heading)
-        await self.motion.read_counters_for(self, f"set_pose({x}, {y}, {heading})")
-        self.motion.odometry.pose = Pose(
-            *place, math.remainder(direction, math.tau), time=self.motion.odometry.pose.time
-        )
+        await self.motion.read_counters_for(self, f"set_pose({x:g}, {y:g}, {heading:g})")
+        self.motion.odometry.pose = Pose(x, y, math.remainder(heading, math.tau), time=self.motion.odometry.pose.time)
 
 
 class Actions(Motions):
@@ -351,7 +342,6 @@ class Actions(Motions):
         """
         from elib.link.protocol.distances import scan
 
-        fastest = checked(TurnRate, "turn_rate", turn_rate)
         odometry, looks, headings = self.motion.odometry, [], []
         start = odometry.pose.heading - (odometry.right - odometry.left) * METRES_PER_STEP / AXLE
 
@@ -367,7 +357,7 @@ class Actions(Motions):
         note()
         looks.append(await _look(self, reflectance, gains))  # standing: nothing turns if an argument is wrong
         async with self.motion.under_way(self, "scan()"):
-            await self.motion.turn(self, math.tau, fastest, look)
+            await self.motion.turn(self, math.tau, turn_rate, look)
         note()
         return scan(odometry.pose, headings, looks)
 
@@ -390,10 +380,9 @@ class Actions(Motions):
             >>> robot.tags(0.06)
             []
         """
-        side = checked(TagSize, "size", size)
         request = Actions.image.spec.request(self.context)
         picture = await self.execute(request, request.timeout)
-        return picture.tags(side, family=family)
+        return picture.tags(size, family=family)
 
     @action
     async def neighbours(self: Robot) -> tuple[Neighbour, ...]:
@@ -454,7 +443,7 @@ class Actions(Motions):
             >>> round(robot.time - began, 3)
             2.0
         """
-        await asyncio.sleep(checked(Seconds, "seconds", seconds))
+        await asyncio.sleep(seconds)
 
 
 @dataclass(frozen=True, slots=True)
@@ -514,13 +503,3 @@ def catalogue() -> Mapping[str, CatalogueEntry]:
             action_.name, without_example(action_.__doc__ or ""), signature, parameters
         )
     return found
-
-
-def checked(kind: Any, name: str, value: object) -> float:
-    """Return *value* as a number in the range of *kind*.
-
-    Raises:
-        ArgumentError: *value* is not in its range.
-    """
-    quantity = get_args(kind)[1]
-    return float(quantity.check(name, value))

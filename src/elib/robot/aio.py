@@ -201,8 +201,8 @@ class Epuck(Linked, Actions, AsyncStyle):
             if self._timeout is not None and not self._is_for_quick:
                 actor = copy.copy(self)
                 actor._deadline = Deadline(self._timeout)  # one for all the requests of the action
-            operation.check(args, kwargs)
-            call: Any = operation.function(actor, *args, **kwargs)
+            checked = operation.check(args, kwargs)
+            call: Any = operation.function(actor, *checked.args, **checked.kwargs)
         else:
             spec = operation.spec
             request = spec.request(self._link.channel.context, *args, **kwargs)

@@ -388,13 +388,19 @@ class Action(Bindable[P, T]):
         self.__doc__ = inspect.getdoc(function)
         self.__signature__ = readable_signature(function)
 
-    def check(self, args: tuple[object, ...], kwargs: Mapping[str, object]) -> None:
-        """Raise ArgumentError unless a call has the arguments that the method takes, and numbers in their ranges."""
+    def check(self, args: tuple[object, ...], kwargs: Mapping[str, object]) -> inspect.BoundArguments:
+        """Return the arguments of a call, each that has a quantity as the number to use.
+
+        Raises:
+            ArgumentError: One is missing, unknown, one too many, or out of its range.
+        """
         parameters = self.__signature__.parameters
-        for name, value in bind(self.name, self.__signature__, args, kwargs, self._rule).arguments.items():
+        bound = bind(self.name, self.__signature__, args, kwargs, self._rule)
+        for name, value in bound.arguments.items():
             quantity = self.quantities[name]
             if quantity is not None and value is not parameters[name].default and not isinstance(value, Pose):
-                quantity.check(name, value)
+                bound.arguments[name] = quantity.check(name, value)
+        return bound
 
     def _rule(self, argument: str) -> str:
         """Return what an argument may be; an empty text if it has no rule."""
