@@ -13,6 +13,7 @@ from wifi_rig import command, packets
 import elib
 from elib.base.errors import LinkBusy, LinkLost, LinkNotFound
 from elib.link.transport import open_transport
+from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.faults import Fault
 from elib.simulator.emulator.sim_transport import SimTransport
 from elib.simulator.emulator.simulation import Simulation
@@ -307,12 +308,13 @@ async def test_a_paused_world_sends_nothing_and_goes_on_after_the_pause() -> Non
     simulation: Simulation = transport.simulation
     await transport.write(command(2))
     await arrivals(transport, 0.2)
-    simulation.pause()
+    control = Control(simulation)
+    control.pause()
     await arrivals(transport, 0.05)
     assert await arrivals(transport, 0.2) == []
     simulation.step(0.5)
     assert len(await stream(transport, 0.05)) >= 20
-    simulation.resume()
+    control.resume()
     assert len(await stream(transport, 0.5)) >= 10
     await transport.close()
 

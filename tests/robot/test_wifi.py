@@ -20,6 +20,7 @@ from elib.link.transport.memory import MemoryTransport
 from elib.robot import link as robot_link
 from elib.robot.link import stop_bytes
 from elib.robot.snapshot import SENSORS
+from elib.simulator.emulator.control import Control
 from elib.testing import simulated, simulation_of
 from lanes import short
 from shared import inside, until
@@ -552,13 +553,13 @@ def test_a_watch_waits_with_a_paused_world() -> None:
     async def story(robot: elib.Epuck) -> None:
         async with robot.watch("proximity") as snapshots:
             assert await snapshots.take() is not None
-            simulation = simulation_of(robot)
-            simulation.pause()
+            control = Control(simulation_of(robot))
+            control.pause()
             with pytest.raises(TimeoutError):
                 for _ in range(3):  # what came before the pause may still be taken
                     async with asyncio.timeout(2.5):  # clock: the loop's own timer, behind that of the watch's patience
                         await snapshots.take()
-            simulation.resume()
+            control.resume()
             snapshot = await snapshots.take()
             assert snapshot is not None
             assert snapshot.error is None

@@ -113,10 +113,10 @@ class Show:
     def _begin(self, best: Best) -> None:
         progress, old = self._progress, self._life
         life = Life(progress.task, progress.controller(best.parameters), self._lives)
+        control = self.panel.worlds[""] = Control(life.simulation)
         if old is not None:
-            life.simulation.set_rate(old.simulation.clock.rate)  # as a person has set it
+            control.set_speed(old.simulation.clock.rate)  # as a person has set it
             old.simulation.close()
-        self.panel.worlds[""] = Control(life.simulation)
         self._life, self._shown, self._is_asked = life, best, False
         self._lives += 1
 

@@ -451,12 +451,12 @@ class Control:
         Raises:
             SimulationError: The simulation computes its own time (``speed=max``).
         """
-        self.simulation.pause()
+        self.simulation.change_clock(self.simulation.clock.pause)
 
     @order
     def resume(self) -> None:
         """End a pause."""
-        self.simulation.resume()
+        self.simulation.change_clock(self.simulation.clock.resume)
 
     @order
     def step(self, seconds: Seconds | None = None) -> None:
@@ -482,7 +482,7 @@ class Control:
             ArgumentError: *speed* is out of its range.
             SimulationError: The speed was chosen when the simulation was started.
         """
-        self.simulation.set_rate(speed)
+        self.simulation.change_clock(lambda: self.simulation.clock.set_rate(speed))
 
     @order
     def set_faults(

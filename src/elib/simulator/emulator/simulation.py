@@ -193,27 +193,6 @@ class Simulation:
         """Whether boxes or walls were added, moved or removed by hand since it began."""
         return self.world is not None and self.world.scene is not self._first_scene
 
-    def set_rate(self, rate: float) -> None:
-        """Let world, firmwares and links run faster or slower than the event loop.
-
-        Raises:
-            ArgumentError: *rate* is out of its range.
-            SimulationError: The speed was chosen when the simulation was started.
-        """
-        self._change(lambda: self.clock.set_rate(rate))
-
-    def pause(self) -> None:
-        """Let world, firmwares and links stand still. Calls of programs on this event loop wait meanwhile.
-
-        Raises:
-            SimulationError: The event loop computes its own time, and waits for no one.
-        """
-        self._change(self.clock.pause)
-
-    def resume(self) -> None:
-        """End a pause."""
-        self._change(self.clock.resume)
-
     def step(self, seconds: float) -> None:
         """Go on by some seconds at once, tick by tick, while paused.
 
@@ -222,10 +201,10 @@ class Simulation:
         """
         tick = seconds if self.world is None else self.world.scene.step
         for _ in range(max(1, round(seconds / tick))):
-            self._change(lambda: self.clock.step(tick))
+            self.change_clock(lambda: self.clock.step(tick))
 
-    def _change(self, change: Callable[[], None]) -> None:
-        """Change the clock, and set all timers again."""
+    def change_clock(self, change: Callable[[], None]) -> None:
+        """Change the clock by ``change()``, and set all timers again."""
         self.catch_up()
         change()
         for robot in self.robots.values():
