@@ -13,9 +13,10 @@ import stat
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Self
+from typing import Annotated
+
+import msgspec
 
 from elib.simulator.emulator.settings import SimulationSettings
 
@@ -23,33 +24,15 @@ PREFIX, SUFFIX = "simulate-", ".json"
 """How the names of the files begin and end."""
 
 
-@dataclass(frozen=True, slots=True)
-class Registered:
+class Registered(msgspec.Struct, frozen=True):
     """One robot of a running simulation."""
 
     process: int  # number of the process that simulates it
     name: str  # `epuck-1`, `epuck-2`, ..
-    urls: tuple[str, ...]  # what opens it; all of them lead to the same robot, and one program at a time should use it
+    # what opens it; all of them lead to the same robot, and one program at a time should use it
+    urls: Annotated[tuple[str, ...], msgspec.Meta(min_length=1)]
     firmware: str  # which firmware it runs
     world: str  # name of its world, or path of the world's file
-
-    @classmethod
-    def from_json(cls, entry: object) -> Self:
-        """Read one robot of a file.
-
-        Raises:
-            ValueError: The entry is not what :func:`registered` writes.
-        """
-        match entry:
-            case {
-                "process": int(process),
-                "name": str(name),
-                "urls": [*urls],
-                "firmware": str(firmware),
-                "world": str(world),
-            } if urls and all(isinstance(url, str) for url in urls):
-                return cls(process, name, tuple(map(str, urls)), firmware, world)
-        raise ValueError(f"this is not a robot of a simulation: {entry!r}")
 
 
 @contextlib.contextmanager
@@ -89,8 +72,8 @@ def running() -> list[Registered]:
     found: list[Registered] = []
     for path in place.glob(f"{PREFIX}*{SUFFIX}"):
         try:
-            robots = [Registered.from_json(entry) for entry in json.loads(path.read_text("utf-8"))]
-        except (OSError, ValueError, TypeError):  # gone meanwhile, or written by another version
+            robots = msgspec.convert(json.loads(path.read_text("utf-8")), list[Registered])
+        except (OSError, ValueError):  # gone meanwhile, or written by another version
             continue
         if all(_is_alive(robot.process) for robot in robots):
             found += robots
@@ -132,7 +115,7 @@ def _write(entries: list[Registered]) -> Path | None:
             return None
         handle, draft = tempfile.mkstemp(prefix=f"{PREFIX}{os.getpid()}-", suffix=".draft", dir=place)
         with open(handle, "w", encoding="utf-8") as file:
-            json.dump([asdict(entry) for entry in entries], file)
+            json.dump(msgspec.to_builtins(entries), file)
         path = Path(draft).with_suffix(SUFFIX)
         Path(draft).replace(path)  # a reader finds all of it or nothing
         return path
