@@ -25,7 +25,6 @@ from elib.records.state import state_at
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
 from elib.simulator.emulator.control import Control
-from elib.simulator.emulator.firmware import step_rate
 from elib.simulator.emulator.sim_transport import SimTransport
 from elib.simulator.physics import World
 from elib.testing import simulation_of, world_of
@@ -498,7 +497,7 @@ def test_step_counters_that_were_seldom_read_go_on_at_the_firmwares_own_rate(pat
     length = [entry.time for entry in read_recording(path).entries("/readings/encoders")][-1] - read_recording(
         path
     ).began
-    steps = state_at(read_recording(path), length - 0.002, rate=lambda speed: step_rate("asercom-1.2.2", speed)).steps
+    steps = state_at(read_recording(path), length - 0.002).steps
     assert steps == pytest.approx((left, right), abs=3)
 
     async def read(robot: Epuck) -> elib.Steps:

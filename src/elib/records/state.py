@@ -5,10 +5,11 @@ from __future__ import annotations
 import contextlib
 import math
 from bisect import insort
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from elib.base.body import step_rate
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.pose import Pose, advanced
 from elib.link.protocol.commands import SPECS
@@ -40,17 +41,14 @@ class RobotState:
     scene: str = ""
 
 
-def state_at(
-    recording: Recording, seconds: float, *, rate: Callable[[int], float] = lambda speed: float(speed)
-) -> RobotState:
+def state_at(recording: Recording, seconds: float) -> RobotState:
     """Return the robot's state at a moment of a recording.
 
     Args:
         recording: The recording.
         seconds: The moment, s since the recording began, from its first message to its last message.
-        rate: Returns the speed at which the robot's firmware really turns a wheel for a wanted speed, both in steps/s.
     """
-    reader = _StateReader(recording, recording.began + seconds, rate)
+    reader = _StateReader(recording, recording.began + seconds)
     first, last = math.inf, -math.inf
     for entry in recording.entries(*(topic.name for topic in TOPICS)):
         first, last = min(first, entry.time), max(last, entry.time)
@@ -88,9 +86,8 @@ def done_at(outcome: Entry) -> float | None:
 class _StateReader:
     """Follows the messages of a recording up to a moment."""
 
-    def __init__(self, recording: Recording, time: float, rate: Callable[[int], float]) -> None:
+    def __init__(self, recording: Recording, time: float) -> None:
         self._time = time
-        self._rate = rate
         self._context = Context(profile_named(recording.about["firmware"]))
         self._arguments: dict[int, tuple[int, ...]] = {}
         self._speeds: list[tuple[float, int, tuple[int, int]]] = [(-math.inf, 0, (0, 0))]
@@ -184,12 +181,13 @@ class _StateReader:
         )
 
     def _turned(self, since: float, until: float) -> tuple[float, float]:
-        """Return the steps of both wheels between two times by the wheel commands."""
+        """Return the steps of both wheels between two times, at the rates that the firmware makes of the commands."""
         ends = [time for time, _, _ in self._speeds[1:]] + [math.inf]
+        generation = self._context.profile.generation
         left = right = 0.0
         for (begin, _, speed), end in zip(self._speeds, ends, strict=True):
             seconds = min(end, until) - max(begin, since)
             if seconds > 0:
-                left += self._rate(speed[0]) * seconds
-                right += self._rate(speed[1]) * seconds
+                left += step_rate(speed[0], generation) * seconds
+                right += step_rate(speed[1], generation) * seconds
         return left, right

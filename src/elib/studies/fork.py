@@ -26,7 +26,6 @@ from elib.link.transport.url import Scheme, Url, parse_url
 from elib.records.reader import Recording
 from elib.records.replay import open_recording
 from elib.records.state import RobotState, state_at
-from elib.simulator.emulator.firmware import step_rate
 from elib.simulator.emulator.sim_transport import SimTransport, open_sim
 from elib.simulator.physics import Pose, World
 from elib.simulator.physics.body import RADIUS
@@ -61,9 +60,7 @@ async def open_replay(url: Url) -> Transport:
         return open_recording(url)
     seconds = MOMENT.require(MOMENT.read(url.keys["fork"]), "fork")
     recording = Recording(Path(url.target))
-    firmware = recording.about["firmware"]
-    state = state_at(recording, seconds, rate=lambda speed: step_rate(firmware, speed))
-    return await fork(recording, state, world=url.keys.get("world"))
+    return await fork(recording, state_at(recording, seconds), world=url.keys.get("world"))
 
 
 async def fork(recording: Recording, state: RobotState, *, world: str | None = None) -> SimTransport:

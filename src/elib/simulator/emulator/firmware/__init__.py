@@ -29,14 +29,3 @@ def firmware_named(name: str) -> type[Firmware]:
     if name in WIFI_FIRMWARES:
         return WIFI_FIRMWARES[name]
     return FIRMWARES[profile_named(name).name]
-
-
-def step_rate(name: str, speed: int) -> float:
-    """Return the step rate that the firmware *name* makes of a wanted speed: its timer has only some; steps/s, signed.
-
-    Raises:
-        ArgumentError: There is no such firmware.
-    """
-    motor = firmware_named(name).MOTOR()
-    motor.set_speed(speed)
-    return motor.rate
