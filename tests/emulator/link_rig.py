@@ -86,4 +86,6 @@ class Rig:
 def make_rig(robot: Parrot | None = None, **options: float) -> Rig:
     robot = robot or Parrot()
     host, end = memory_pair("sim://toy")
-    return Rig(robot, host, Link(robot, end, **options))
+    link = Link(robot, **options)
+    link.attach(end)
+    return Rig(robot, host, link)

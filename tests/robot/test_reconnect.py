@@ -53,9 +53,8 @@ class RadioLink:
         near, far = memory_pair()
         self.end: MemoryTransport = far
         if self.link is None:
-            self.link = Link(self.robot, far, latency=self.latency, origin=0.0)
-        else:
-            self.link.attach(far)
+            self.link = Link(self.robot, latency=self.latency, origin=0.0)
+        self.link.attach(far)
         self.opened += 1
         return await Session.open(near)
 

@@ -225,7 +225,8 @@ async def honest_rig(
         host, far = memory_pair()
     hardware = NumberedHardware(firmware)
     emulator = Emulator(firmware, hardware, booted=True)
-    link = Link(emulator, far, latency=latency, jitter=jitter, seed=seed)
+    link = Link(emulator, latency=latency, jitter=jitter, seed=seed)
+    link.attach(far)
     origin = link.loop_time(0.0)  # a busy computer may pause between two looks at the clock
     session = await Session.open(host)
     link.faults.extend(faults)

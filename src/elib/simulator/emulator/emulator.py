@@ -10,7 +10,7 @@ from collections import deque
 from dataclasses import dataclass
 from math import inf
 
-from elib.link.protocol.profiles import PROFILES
+from elib.link.protocol.profiles import FIRMWARES
 from elib.link.protocol.robot_connection import Event, Opcode, RobotConnection, TextLine
 from elib.simulator.emulator.firmware import firmware_named
 from elib.simulator.emulator.firmware.base import Firmware
@@ -180,7 +180,7 @@ class Emulator:
         self._next = None
 
     def _new_buffer(self) -> ReceiveRing | ReceiveQueue:
-        size = PROFILES[self._program.NAME].receive_ring
+        size = FIRMWARES[self._program.NAME].receive_ring
         return ReceiveQueue(size) if self.firmware.DROPS else ReceiveRing(size)
 
     def _next_event(self) -> float:

@@ -44,7 +44,6 @@ class Link:
 
     Args:
         robot: The emulated robot.
-        end: The robot's end of a transport; may be attached later.
         latency: Delay each way, s.
         jitter: Standard deviation of the delay, s.
         loss: Probability that a whole answer is lost, 0 to 1.
@@ -60,7 +59,6 @@ class Link:
     def __init__(
         self,
         robot: Emulator,
-        end: BufferedTransport | None = None,
         *,
         latency: float = 0.0,
         jitter: float = 0.0,
@@ -75,7 +73,6 @@ class Link:
         self.robot = robot
         self.faults: deque[Fault] = deque()
         self.impairments: list[Impairment] = []  # sources of faults for answers without a fault in the queue, in order
-        self.dropped = 0  # number of bytes that were lost because there was no end, or no room
         self.trace: Trace | None = None  # called with everything that arrives at either side
         self.down_by: set[Outage] = set()  # who has taken the link down; it is up while this is empty
         self.on_down: Callable[[], None] | None = None  # called when the link goes down, before its end is lost
@@ -101,8 +98,6 @@ class Link:
         self._is_silent = self._is_stalled = self._is_full = False
         self._left_to_robot: int | None = None
         self._left_to_host: int | None = None
-        if end is not None:
-            self.attach(end)
 
     @property
     def now(self) -> float:
@@ -405,8 +400,6 @@ class Link:
         if data and self._end is not None:
             self._pieces += 1
             heapq.heappush(self._outbound, (time, self._pieces, data))
-        else:
-            self.dropped += len(data)
 
     def _hand_to_robot(self, time: float, data: bytes) -> None:
         is_last = self._left_to_robot is not None and len(data) >= self._left_to_robot
@@ -424,7 +417,6 @@ class Link:
         while self._outbound and self._outbound[0][0] <= now:
             time, _, data = heapq.heappop(self._outbound)
             if self._is_silent:
-                self.dropped += len(data)
                 continue
             if self.trace is not None:
                 self.trace(time, "to host", data)
@@ -436,7 +428,6 @@ class Link:
         if left is not None:
             del arrived[left:]
             self._left_to_host = left - len(arrived)
-        if not self._end.send_nowait(bytes(arrived)):
-            self.dropped += len(arrived)
+        self._end.send_nowait(bytes(arrived))  # without room they are lost
         if is_last:
             self.cut()

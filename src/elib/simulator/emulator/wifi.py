@@ -14,11 +14,9 @@ from collections import deque
 from collections.abc import Callable, Generator
 from math import inf
 
-from elib.link.protocol.profiles import EPUCK2
 from elib.simulator.emulator.emulator import Chunk, Emulator
 from elib.simulator.emulator.firmware.epuck2 import BLUE, DARK, GREEN, EPuck2Wifi
 from elib.simulator.emulator.hardware import Hardware
-from elib.simulator.emulator.serial_line import ReceiveQueue, ReceiveRing
 from elib.simulator.emulator.timing import Timing
 
 COMMAND_SIZE = 21
@@ -255,9 +253,6 @@ class WifiEmulator(Emulator):
             EspTask(self._film(), listens_at),
             EspTask(self._serve(), listens_at),
         )
-
-    def _new_buffer(self) -> ReceiveRing | ReceiveQueue:
-        return ReceiveQueue(EPUCK2.receive_ring)
 
     def _next_task(self) -> float:
         """Return when a task, or the main processor, does something next."""

@@ -61,20 +61,17 @@ class WifiLink(Link):
 
     Args:
         robot: The emulated robot.
-        end: The robot's end of a transport; may be attached later.
         spread: How unsteady the network is: with 0 packets never come late, with 1 as often as was measured.
         **options: As those of :class:`~elib.simulator.emulator.link.Link`, without ``baud``.
     """
 
     robot: WifiEmulator
 
-    def __init__(
-        self, robot: WifiEmulator, end: BufferedTransport | None = None, *, spread: float = 0.0, **options: Any
-    ) -> None:
+    def __init__(self, robot: WifiEmulator, *, spread: float = 0.0, **options: Any) -> None:
         self._spread = spread
         self._acknowledgements: deque[tuple[float, int]] = deque()
         self._is_accepted = self._is_blocked = self._is_handing_over = False
-        super().__init__(robot, end, baud=0, **options)
+        super().__init__(robot, baud=0, **options)
 
     def attach(self, end: BufferedTransport) -> None:
         """Connect a client."""
