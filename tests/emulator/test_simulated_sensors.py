@@ -342,13 +342,10 @@ def test_a_battery_can_start_anywhere():
     assert half().voltage == pytest.approx(3.79)
     assert half().battery() == pytest.approx(2070 + 490 * 0.39 / 0.8, abs=1)
     assert SimulatedHardware(world(), charge=0.02).battery_is_low()
-    body = half()
-    body.replace_battery()
-    assert body.voltage == 4.2
-    with pytest.raises(ArgumentError, match="from 0 to 1"):
-        SimulatedHardware(world(), charge=1.1)
-    with pytest.raises(ArgumentError, match="from 0 to 1"):
-        body.replace_battery(-0.1)
+    assert SimulatedHardware(world()).voltage == 4.2
+    for charge in (1.1, -0.1):
+        with pytest.raises(ArgumentError, match="from 0 to 1"):
+            SimulatedHardware(world(), charge=charge)
 
 
 def test_motors_and_leds_run_it_down_faster():

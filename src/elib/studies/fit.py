@@ -153,10 +153,10 @@ def _fit_wheels(steps: Series | None, path: Series) -> WheelFit:
         raise _Lacking("the recording has no readings of the step counters", hint=COUNTERS_CURE)
     found = fit_wheels(steps, path)
     for name, scale in (("left wheel", found.left), ("right wheel", found.right), ("axle", found.axle / AXLE)):
-        if not robotprofile.is_nominal(scale):
+        if not robotprofile.MIN_SCALE <= scale <= robotprofile.MAX_SCALE:
             raise ArgumentError(
                 f"the {name} would be {scale:.3g} times the nominal one; {robotprofile.MIN_SCALE:g} to "
-                f"{robotprofile.GREATEST_SCALE:g} times are possible for an e-puck: the robot probably slipped or "
+                f"{robotprofile.MAX_SCALE:g} times are possible for an e-puck: the robot probably slipped or "
                 "pushed something all the time, or the poses are wrong",
                 hint=TRUSTWORTHY,
             )

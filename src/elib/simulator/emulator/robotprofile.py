@@ -24,7 +24,6 @@ Every table may be left out. Its values are then nominal, or those of the world.
 
 from __future__ import annotations
 
-import math
 import os
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -42,7 +41,7 @@ from elib.simulator.physics.body import EpuckModel
 
 NOMINAL_RADIUS = WHEEL_DIAMETER / 2
 """m (e-puck.org)."""
-MIN_SCALE, GREATEST_SCALE = 0.8, 1.25
+MIN_SCALE, MAX_SCALE = 0.8, 1.25
 """Limits of wheels and axle, as factors of the nominal value. Beyond them a robot is not an e-puck, and most likely a
 unit is wrong."""
 MAX_KNOTS = 1000
@@ -51,7 +50,7 @@ MAX_REACH = 0.25
 
 
 def _around(nominal: float) -> Number:
-    low, high = (round(scale * nominal, 5) for scale in (MIN_SCALE, GREATEST_SCALE))
+    low, high = (round(scale * nominal, 5) for scale in (MIN_SCALE, MAX_SCALE))
     return Number(low, high, "m", example=f"{nominal:g}")
 
 
@@ -268,8 +267,3 @@ def write(profile: RobotProfile, path: str | os.PathLike[str]) -> None:
         ElibError: The disk is full.
     """
     write_file(path, written(profile).encode())
-
-
-def is_nominal(scale: float) -> bool:
-    """Whether a profile may hold a factor."""
-    return math.isfinite(scale) and MIN_SCALE <= scale <= GREATEST_SCALE

@@ -331,18 +331,6 @@ class SimulatedHardware:
             return volts_at(self.world.energy(self.robot_index))
         return self._cell.volts(self._now) if volts is None else volts
 
-    def replace_battery(self, charge: float = 1.0) -> None:
-        """Put in another battery.
-
-        Args:
-            charge: Its charge, 0..1.
-
-        Raises:
-            ArgumentError: The charge is out of its range.
-        """
-        self._cell = BatteryCell(charge, self._now)
-        self._load()
-
     def battery(self) -> int:
         """Return the raw reading, counts, on the straight line that the firmware uses through 3.4 V and 4.2 V."""
         low, full = self._build.battery
