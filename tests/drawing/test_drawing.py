@@ -9,7 +9,7 @@ from PIL import Image
 
 from elib.base.errors import ArgumentError
 from elib.base.zone import Zone
-from elib.simulator.drawing import draw, draw_png, draw_svg
+from elib.simulator.drawing import draw, draw_svg
 from elib.simulator.drawing.fittings import LAMP, TONE
 from elib.simulator.drawing.floor import PIT
 from elib.simulator.drawing.png import render
@@ -67,7 +67,7 @@ def test_the_scale_bar_is_as_long_as_it_says(world):
 
 def test_the_png_has_the_size_of_the_svg_and_the_same_colours_in_the_same_places(world, tmp_path):
     path = tmp_path / "world.png"
-    draw_png(world.snapshot(), path, size=500)
+    draw(world.snapshot(), path, size=500)
     root = ElementTree.fromstring(draw_svg(world.snapshot(), size=500))
     with Image.open(path) as image:
         assert image.size == (int(root.get("width")), int(root.get("height")))
@@ -94,7 +94,7 @@ def test_a_trail_grows_darker_with_time_and_marks_its_start(world):
 @pytest.mark.parametrize("points", [0, 1, 2])
 def test_a_trail_of_hardly_any_points_is_drawn_all_the_same(world, points, tmp_path):
     path = tmp_path / "short.png"
-    draw_png(world.snapshot(), path, trails=[trail()[:points]], size=200)
+    draw(world.snapshot(), path, trails=[trail()[:points]], size=200)
     assert path.stat().st_size > 500
 
 

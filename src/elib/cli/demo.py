@@ -15,7 +15,7 @@ from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.script import run
 from elib.cli.terminal import quoted, say, table
 from elib.link.transport import parse_url
-from elib.simulator.drawing import draw_png
+from elib.simulator.drawing import draw
 from elib.studies.drive import floor_of
 
 PICTURE = Path("elib-demo.png")
@@ -52,7 +52,7 @@ def demo(
     floor, trails = floor_of(done.robots)
     assert floor is not None  # a robot was opened
     distance = sum(each.distance for each in done.robots)
-    draw_png(floor, PICTURE, trails=trails, caption=f"{floor.name} · {done.time:.0f} s · {distance:.2f} m driven")
+    draw(floor, PICTURE, trails=trails, caption=f"{floor.name} · {done.time:.0f} s · {distance:.2f} m driven")
     print(f"\nThe path is drawn in {PICTURE}. What next:")
     print(table(what_next()))
 

@@ -20,7 +20,7 @@ from elib.base.tables import Source
 from elib.cli.arguments import AsJson, option
 from elib.cli.terminal import json_line, print_json, say, table
 from elib.link.protocol.profiles import FIRMWARES
-from elib.simulator.drawing import draw_png
+from elib.simulator.drawing import draw
 from elib.simulator.physics import Box, Cylinder, EpuckModel, Scene, World
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe, Zone
 from elib.simulator.physics.geometry import WALL_COLOUR, Wall
@@ -83,7 +83,7 @@ def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson 
     if png is not None:
         if not png.lower().endswith(".png"):
             raise ArgumentError(f"{png} does not end in .png", hint="name it like world.png")
-        draw_png(world.snapshot(), png)
+        draw(world.snapshot(), png)
         say(f"Drawn in {png}.")
 
 

@@ -1,7 +1,6 @@
 """The world drawn from above as SVG and PNG, from immutable snapshots only."""
 
 from elib.simulator.drawing.drawing import draw
-from elib.simulator.drawing.png import draw_png
 from elib.simulator.drawing.svg import draw_svg
 
-__all__ = ["draw", "draw_png", "draw_svg"]
+__all__ = ["draw", "draw_svg"]

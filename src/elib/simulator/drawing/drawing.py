@@ -8,7 +8,7 @@ from typing import Unpack
 
 from elib.base.errors import ArgumentError
 from elib.base.files import write_file
-from elib.simulator.drawing.png import draw_png
+from elib.simulator.drawing.png import png_of
 from elib.simulator.drawing.svg import draw_svg
 from elib.simulator.drawing.top import Look
 from elib.simulator.physics import Snapshot
@@ -35,7 +35,7 @@ def draw(snapshot: Snapshot, path: str | PathLike[str] | None = None, **look: Un
         case ".svg":
             write_file(path, draw_svg(snapshot, **look).encode())
         case ".png":
-            draw_png(snapshot, path, **look)
+            write_file(path, png_of(snapshot, **look))
         case _:
             raise ArgumentError(
                 f"a drawing cannot become {fspath(path)!r}; its name must end in .svg or .png",

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import io
-from os import PathLike
 from typing import TYPE_CHECKING, Unpack
 
-from elib.base.files import write_file
 from elib.base.pictures import as_png
 from elib.simulator.drawing.floor import floor_png
 from elib.simulator.drawing.shapes import Area, Circle, Drawing, Picture, Point, Stroke, Text
@@ -20,18 +18,8 @@ if TYPE_CHECKING:
 OVERSAMPLING = 3  # Drawn this much larger, then scaled down: Pillow draws hard edges. Above 3 nothing is gained.
 
 
-def draw_png(snapshot: Snapshot, path: str | PathLike[str], **look: Unpack[Look]) -> None:
-    """Write *snapshot* seen from above to a PNG file; an existing one is replaced.
-
-    Raises:
-        ArgumentError: The size is out of its range, or the file cannot be written.
-        ElibError: The disk is full.
-    """
-    write_file(path, png_of(snapshot, **look))
-
-
 def png_of(snapshot: Snapshot, **look: Unpack[Look]) -> bytes:
-    """Return what :func:`draw_png` writes."""
+    """Return the PNG file that shows *snapshot* from above."""
     return as_png(render(top_view(snapshot, **look)), is_small=True)
 
 
