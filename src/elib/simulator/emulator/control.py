@@ -21,9 +21,10 @@ from elib.simulator.emulator.clock import RATE
 from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.simulation import Simulation, VirtualRobot, as_scene
 from elib.simulator.physics import Box, Colour, Cylinder, Defect, EpuckModel, Light, Pose, Snapshot, Sound, Wall, World
+from elib.simulator.physics.body import Ambient
 from elib.simulator.physics.defects import Amount, Deviation, Factor
-from elib.simulator.physics.fittings import Zone
-from elib.simulator.physics.geometry import Painted
+from elib.simulator.physics.fittings import Frequency, Intensity, Volume, Zone
+from elib.simulator.physics.geometry import Length, Painted, Place, WallEnd
 from elib.simulator.physics.scene import Scene
 
 T = TypeVar("T", bound=Callable[..., object])
@@ -47,13 +48,7 @@ class _Which(Rule):
 
 
 Which = Annotated[int | str, _Which()]
-Place = Annotated[float, rule_of(Box, "x")]
 Heading = Annotated[float, Number(-1000, 1000, "rad")]
-Height = Annotated[float, rule_of(Light, "height")]
-Intensity = Annotated[float, rule_of(Light, "intensity")]
-Volume = Annotated[float, rule_of(Sound, "volume")]
-Frequency = Annotated[float, rule_of(Sound, "frequency")]
-Ambient = Annotated[float, rule_of(EpuckModel, "ambient")]
 ZoneName = Annotated[str, rule_of(Zone, "name")]
 
 
@@ -64,10 +59,8 @@ RemoteKey = Annotated[int, Whole(0, 127)]
 RemoteAddress = Annotated[int, Whole(0, 31)]
 Seconds = Annotated[float, Number(0.001, 1, "s")]
 WorldRate = Annotated[float, RATE]
-Side = Annotated[float, rule_of(Box, "width")]
-End = Annotated[float, rule_of(Wall, "x1")]
 
-ADDED = "#c8963c"
+ADDED = Colour.parse("#c8963c")
 """Colour of a box or a wall that was added by hand: it stands out on every floor."""
 
 
@@ -230,10 +223,10 @@ class Control:
         y: Place,
         *,
         angle: Heading = 0.0,
-        width: Side = 0.1,
-        depth: Side = 0.1,
+        width: Length = 0.1,
+        depth: Length = 0.1,
         pushable: bool = True,
-        colour: Painted = Colour.parse(ADDED),  # noqa: B008  # it cannot change
+        colour: Painted = ADDED,
     ) -> int:
         """Put another box into the world, and return its index.
 
@@ -262,7 +255,7 @@ class Control:
         self.world.remove_box(_index("box", box, self.snapshot().boxes))
 
     @order
-    def add_wall(self, x1: End, y1: End, x2: End, y2: End, *, colour: Painted = Colour.parse(ADDED)) -> int:  # noqa: B008
+    def add_wall(self, x1: WallEnd, y1: WallEnd, x2: WallEnd, y2: WallEnd, *, colour: Painted = ADDED) -> int:
         """Put another wall into the world, and return its index.
 
         Args:
@@ -282,7 +275,7 @@ class Control:
         return len(self.world.scene.walls) - 1
 
     @order
-    def move_wall(self, wall: Which, x1: End, y1: End, x2: End, y2: End) -> None:
+    def move_wall(self, wall: Which, x1: WallEnd, y1: WallEnd, x2: WallEnd, y2: WallEnd) -> None:
         """Put the ends of a wall elsewhere; arguments as of :meth:`add_wall`.
 
         Raises:
@@ -316,7 +309,7 @@ class Control:
         intensity: Intensity | None = None,
         x: Place | None = None,
         y: Place | None = None,
-        height: Height | None = None,
+        height: Length | None = None,
     ) -> None:
         """Change a lamp; an argument that is None changes nothing.
 
