@@ -59,6 +59,11 @@ def apart(one: Pose, other: Pose) -> float:
     return math.dist((one.x, one.y), (other.x, other.y))
 
 
+def bearing(pose: Pose, x: float, y: float) -> float:
+    """Return the direction of a place as a robot sees it, rad from straight ahead, positive to the left."""
+    return math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.heading, math.tau)
+
+
 def advanced(pose: Pose, left: float, right: float, time: float = math.nan) -> Pose:
     """Return the pose of a robot after *left* and *right* motor steps of its nominal wheels, which make an arc.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE
-from elib.base.pose import Pose, apart
+from elib.base.pose import Pose, apart, bearing
 from elib.behaviours import OpenAir, RunContext, behaviour, react
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.wall_following import AHEAD, MAX_STEP, PERIOD, SPIN, Cruise, follow, wall_distance
@@ -60,7 +60,7 @@ class Way:
         if self.state == "along":
             self._wheels = follow(near, self._wheels, cruise=cruise)
         elif self.state == "straight":
-            beside = math.remainder(math.atan2(self._goal[1] - pose.y, self._goal[0] - pose.x) - pose.heading, math.tau)
+            beside = bearing(pose, *self._goal)
             spin = math.copysign(min(SPIN, cruise), beside)
             turn = max(-1.0, min(1.0, GAIN * beside))
             self._wheels = (

@@ -16,10 +16,9 @@ by a blocking call, which is a begin and its end in one.
 
 from __future__ import annotations
 
-import math
 from typing import Annotated
 
-from elib.base.pose import Pose
+from elib.base.pose import Pose, apart
 from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, states
 from elib.behaviours.avoid import BLOCKED, STANDING, avoid
 from elib.link.protocol.styles import Pending
@@ -134,7 +133,7 @@ class Seeker:
     def passing(self, robot: BlockingEpuck, run: RunContext) -> str | None:
         """Drive straight on until the light from behind is as bright as it was ahead; then go half way back."""
         near, light = self._read(robot)
-        way = _distance(self._start, robot.pose())
+        way = apart(self._start, robot.pose())
         if is_blocked(near) or way > SHADOW:
             self._brightest = 0
             return "seeking"
@@ -168,7 +167,7 @@ class Seeker:
         place = placing.end()
         driving.end()
         self._wheels = wheels
-        return "seeking" if _distance(self._start, place) > DETOUR else None
+        return "seeking" if apart(self._start, place) > DETOUR else None
 
     def _read(self, robot: BlockingEpuck) -> tuple[Proximity, AmbientLight]:
         """Read the sensors, and adapt the pace to the time between two readings."""
@@ -191,10 +190,6 @@ class Seeker:
 
     def _begin_driving(self, robot: BlockingEpuck, wheels: Wheels) -> Pending[None]:
         return robot.begin.set_speed(self._pace * wheels.left, self._pace * wheels.right)
-
-
-def _distance(start: Pose, end: Pose) -> float:
-    return math.hypot(end.x - start.x, end.y - start.y)
 
 
 @behaviour(world="light", reconnects=True, group="samples of 2011")

@@ -24,6 +24,7 @@ from elib.base.errors import (
     RemoteProtocolError,
     ReplyTimeout,
 )
+from elib.base.pose import bearing
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.table import Request
 from elib.link.protocol.values import Steps
@@ -206,8 +207,7 @@ class Motion:
             pose = self.odometry.pose
             if math.hypot(x - pose.x, y - pose.y) < NEAR:
                 return
-            angle = math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.heading, math.tau)
-            await self.turn(mover, angle, turn_rate)
+            await self.turn(mover, bearing(pose, x, y), turn_rate)
             pose = self.odometry.pose
             way = math.hypot(x - pose.x, y - pose.y)
             await self.roll(mover, way, way, speed)

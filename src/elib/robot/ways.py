@@ -15,7 +15,7 @@ from typing import Final
 from elib.base.body import AXLE, SENSOR_DIRECTIONS, SENSOR_RADIUS, STEPS_PER_REVOLUTION
 from elib.base.errors import ArgumentError, NoWay
 from elib.base.plaintext import counted
-from elib.base.pose import apart
+from elib.base.pose import apart, bearing
 from elib.link.protocol.commands import Commands
 from elib.link.protocol.distances import OpenAir, distances
 from elib.link.protocol.values import Proximity, Wheels
@@ -159,7 +159,7 @@ class Guide:
             if math.dist((here.x, here.y), corners[0]) < REACHED:
                 del corners[0]
                 continue
-            beside = math.remainder(math.atan2(corners[0][1] - here.y, corners[0][0] - here.x) - here.heading, math.tau)
+            beside = bearing(here, *corners[0])
             turning = max(-self._turn_rate, min(self._turn_rate, GAIN * beside))
             ahead = 0.0 if abs(beside) > ASIDE else self._speed * (1 - abs(beside) / ASIDE / 2)
             await self._drive(ahead / 4 if self._seen else ahead, turning)
