@@ -116,8 +116,14 @@ class AsercomCommands(Firmware):
         yield from self.set_window(self.variables["x"], self.variables["y"])
 
     @text("M")
-    def _text_ground(self, line: bytes) -> bytes:
-        return self.print_numbers("m", self.ground_values())
+    @binary(0xB3)
+    def _ground(self, _: bytes) -> Sequence[int]:
+        return self.ground_values()
+
+    @text("g")
+    @binary(0x99)
+    def _gyroscope(self, _: bytes) -> Sequence[int]:
+        return self.rotation()
 
     @text("V")
     def _text_version(self, line: bytes) -> bytes:
@@ -145,10 +151,6 @@ class AsercomCommands(Firmware):
             if self.variables["value"] >= 0:
                 lines.append(self.print(f"{device}: {self.variables['value']}\r\n"))
         return b"".join(lines)
-
-    @binary(0x99)
-    def _binary_gyroscope(self, parameters: bytes) -> bytes:
-        return words(self.rotation())
 
     @binary(0xB0, parameters=4)
     def _binary_set_encoders(self, parameters: bytes) -> bytes:
@@ -218,8 +220,9 @@ class Asercom122(AsercomCommands, DsPicFirmware):
         return HELP_ASERCOM if self.hardware.hw13 else HELP_ASERCOM_OLD
 
     @text("A")
-    def _text_accelerometer(self, line: bytes) -> bytes:
-        return self.print_numbers("a", self.raw_acceleration())
+    @binary(0x9F)
+    def _accelerometer(self, _: bytes) -> Sequence[int]:
+        return self.raw_acceleration()
 
     @text("b")
     def _text_battery(self, line: bytes) -> bytes:
@@ -228,23 +231,13 @@ class Asercom122(AsercomCommands, DsPicFirmware):
         return self.print_numbers("b", (int(not self.hardware.battery_is_low()),))
 
     @text("g")
-    def _text_gyroscope(self, line: bytes) -> bytes:
+    def _text_gyroscope(self, line: bytes) -> Sequence[int]:
         # Each axis is read with both bytes signed; the binary command reads them properly (wire-protocol.md, 5.5).
-        return self.print_numbers("g", [wrapped(with_signed_low_byte(axis), 16) for axis in self.rotation()])
-
-    @binary(0x9F)
-    def _binary_accelerometer(self, parameters: bytes) -> bytes:
-        return words(self.raw_acceleration())
+        return [wrapped(with_signed_low_byte(axis), 16) for axis in self.rotation()]
 
     @binary(0x9E)
-    def _binary_battery(self, parameters: bytes) -> bytes:
-        if self.hardware.hw13:
-            return words((self.hardware.battery(),))
-        return words((int(not self.hardware.battery_is_low()),))
-
-    @binary(0xB3)
-    def _binary_ground(self, parameters: bytes) -> bytes:
-        return words(self.ground_values())
+    def _binary_battery(self, parameters: bytes) -> Sequence[int]:
+        return (self.hardware.battery() if self.hardware.hw13 else int(not self.hardware.battery_is_low()),)
 
     @binary(0x8C)
     def _binary_temperature(self, parameters: bytes) -> bytes:

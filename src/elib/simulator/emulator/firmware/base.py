@@ -2,11 +2,15 @@
 
 A firmware is a class of handlers; a decorator says which letter or opcode calls each::
 
-    @text("E")
-    def _text_speed(self, line: bytes) -> bytes: ...
-
     @binary(0xBC, parameters=4)
     def _binary_set_speed(self, parameters: bytes) -> bytes: ...
+
+    @text("E")
+    @binary(0xBB)
+    def _speed(self, _: bytes) -> Sequence[int]: ...
+
+A handler gets the line, or the parameters. It returns the bytes of the reply, the numbers in it, or the steps in which
+it comes.
 
 Letters, opcodes, lengths and the format of replies are written out here and nowhere shared with ``protocol``:
 the emulator is what the host's tables are tested against, and two sides that read one table would agree on any error.
@@ -18,7 +22,7 @@ from __future__ import annotations
 import math
 import struct
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import suppress
 from types import FunctionType
 from typing import Any, ClassVar, TypeVar
@@ -43,8 +47,8 @@ CALIBRATION_ENDS = b"k, Calibration finished\r\n"
 CALIBRATION_READS = 10
 """Readings that are averaged; the firmwares take 100 in the same time (wire-protocol.md, 5.3)."""
 
-TextHandler = Callable[[Any, bytes], "bytes | FirmwareSteps"]
-BinaryHandler = Callable[[Any, bytes], "bytes | Iterator[FirmwareStep | bytes]"]
+TextHandler = Callable[[Any, bytes], "bytes | Sequence[int] | FirmwareSteps"]
+BinaryHandler = Callable[[Any, bytes], "bytes | Sequence[int] | Iterator[FirmwareStep | bytes]"]
 TextT = TypeVar("TextT", bound=TextHandler)
 BinaryT = TypeVar("BinaryT", bound=BinaryHandler)
 
@@ -209,15 +213,20 @@ class Firmware(ABC):
             first -= 0x20
         self.memory.store(0, bytes((first,)) + line[1:] + b"\0")
         handler = self.TEXT.get(first)
-        return NOT_FOUND if handler is None else handler(self, line)
+        if handler is None:
+            return NOT_FOUND
+        reply = handler(self, line)
+        if isinstance(reply, bytes | Generator):
+            return reply
+        return self.print_numbers(chr(first).lower(), reply)
 
     def opcode(self, code: int, parameters: bytes) -> FirmwareSteps | None:
         """Carry out a binary command; its answer is kept until the session ends."""
         answer = self.BINARY[code](self, parameters)
-        if isinstance(answer, bytes):
-            self._append(answer)
-            return None
-        return self._collect(answer)
+        if isinstance(answer, Iterator):
+            return self._collect(answer)
+        self._append(answer if isinstance(answer, bytes) else words(answer))
+        return None
 
     def end_session(self) -> bytes | FirmwareSteps:
         """End a binary session.
@@ -406,6 +415,33 @@ class Firmware(ABC):
             yield Hang()
         yield Send(self.memory.load(0, count))
 
+    # -- commands that answer with the same numbers in both forms --
+
+    @text("E")
+    @binary(0xBB)
+    def _speed(self, _: bytes) -> Sequence[int]:
+        return self.variables["speed_left"], self.variables["speed_right"]
+
+    @text("Q")
+    @binary(0xAF)
+    def _encoders(self, _: bytes) -> Sequence[int]:
+        return [motor.steps for motor in self.motors]
+
+    @text("N")
+    @binary(0xB2)
+    def _proximity(self, _: bytes) -> Sequence[int]:
+        return self.calibrated()
+
+    @text("O")
+    @binary(0xB1)
+    def _ambient_light(self, _: bytes) -> Sequence[int]:
+        return self.hardware.ambient_light()[:8]
+
+    @text("U")
+    @binary(0x8B)
+    def _microphones(self, _: bytes) -> Sequence[int]:
+        return self.volumes()[:3]
+
     # -- text commands --
 
     @text("C")
@@ -418,19 +454,11 @@ class Firmware(ABC):
         self.drive_as_asked()
         return b"d\r\n"
 
-    @text("E")
-    def _text_speed(self, line: bytes) -> bytes:
-        return self.print(f"e,{self.variables['speed_left']},{self.variables['speed_right']}\r\n")
-
     @text("P")
     def _text_set_encoders(self, line: bytes) -> bytes:
         self.scan(line, "position_left", "position_right")
         self.set_steps(self.variables["position_left"], self.variables["position_right"])
         return b"p\r\n"
-
-    @text("Q")
-    def _text_encoders(self, line: bytes) -> bytes:
-        return self.print(f"q,{self.motors[0].steps},{self.motors[1].steps}\r\n")
 
     @text("S")
     def _text_stop(self, line: bytes) -> bytes:
@@ -438,14 +466,6 @@ class Firmware(ABC):
         self.light(8, 0)
         self.show()
         return b"s\r\n"
-
-    @text("N")
-    def _text_proximity(self, line: bytes) -> bytes:
-        return self.print_numbers("n", self.calibrated())
-
-    @text("O")
-    def _text_ambient_light(self, line: bytes) -> bytes:
-        return self.print_numbers("o", self.hardware.ambient_light()[:8])
 
     @text("K")
     def _text_calibrate_proximity(self, line: bytes) -> FirmwareSteps:
@@ -464,10 +484,6 @@ class Firmware(ABC):
         self.scan(line, "sound")
         self.play(self.variables["sound"])
         return b"t\r\n"
-
-    @text("U")
-    def _text_microphones(self, line: bytes) -> bytes:
-        return self.print_numbers("u", self.volumes()[:3])
 
     @text("G")
     def _text_ir_receiver(self, line: bytes) -> bytes:
@@ -496,9 +512,8 @@ class Firmware(ABC):
         return b"f\r\n"
 
     @text("I")
-    def _text_camera(self, line: bytes) -> bytes:
-        names = ("mode", "width", "height", "zoom", "size")
-        return self.print_numbers("i", [self.variables[name] for name in names])
+    def _text_camera(self, line: bytes) -> Sequence[int]:
+        return [self.variables[name] for name in ("mode", "width", "height", "zoom", "size")]
 
     @text("H")
     def _text_help_text(self, line: bytes) -> bytes:
@@ -511,26 +526,6 @@ class Firmware(ABC):
         self.variables["speed_left"], self.variables["speed_right"] = self.unpacked(parameters)
         self.drive_as_asked()
         return b""
-
-    @binary(0xBB)
-    def _binary_speed(self, parameters: bytes) -> bytes:
-        return words((self.variables["speed_left"], self.variables["speed_right"]))
-
-    @binary(0xAF)
-    def _binary_encoders(self, parameters: bytes) -> bytes:
-        return words([motor.steps for motor in self.motors])
-
-    @binary(0xB2)
-    def _binary_proximity(self, parameters: bytes) -> bytes:
-        return words(self.calibrated())
-
-    @binary(0xB1)
-    def _binary_ambient_light(self, parameters: bytes) -> bytes:
-        return words(self.hardware.ambient_light()[:8])
-
-    @binary(0x8B)
-    def _binary_microphones(self, parameters: bytes) -> bytes:
-        return words(self.volumes()[:3])
 
     @binary(0xB4, parameters=2)
     def _binary_set_led(self, parameters: bytes) -> bytes:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 from elib.simulator.emulator.build import EPUCK1, Build
-from elib.simulator.emulator.firmware.base import binary, text, words
+from elib.simulator.emulator.firmware.base import binary, text
 from elib.simulator.emulator.firmware.dspic import DsPicFirmware
 from elib.simulator.emulator.firmware.helptext import HELP_BTCOM
 from elib.simulator.emulator.firmware.steps import FirmwareSteps
@@ -53,12 +54,12 @@ class BtCom113(_BtCom):
         return [value - offset for value, offset in zip(self.prox_reading()[:8], self.offsets, strict=False)]
 
     @text("A")
-    def _text_accelerometer(self, line: bytes) -> bytes:
-        return self.print_numbers("a", self.analog())
+    def _text_accelerometer(self, line: bytes) -> Sequence[int]:
+        return self.analog()
 
     @binary(0xB2)
-    def _binary_proximity(self, parameters: bytes) -> bytes:
-        return words(self.prox_reading()[:8])
+    def _binary_proximity(self, parameters: bytes) -> Sequence[int]:
+        return self.prox_reading()[:8]
 
     @binary(0xB4, parameters=2)
     def _binary_set_led(self, parameters: bytes) -> bytes:
@@ -83,12 +84,9 @@ class BtCom20(_BtCom):
         yield from ()
 
     @text("A")
-    def _text_accelerometer(self, line: bytes) -> bytes:
-        return self.print_numbers("a", self.zeroed())
-
     @binary(0x9F)
-    def _binary_accelerometer(self, parameters: bytes) -> bytes:
-        return words(self.zeroed())
+    def _accelerometer(self, _: bytes) -> Sequence[int]:
+        return self.zeroed()
 
     @text("W")
     def _text_turret(self, line: bytes) -> bytes:

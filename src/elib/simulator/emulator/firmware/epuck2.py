@@ -287,10 +287,6 @@ class EPuck2(AsercomCommands):
     def _text_battery(self, line: bytes) -> bytes:
         return self.print(self.battery_text())
 
-    @text("g")
-    def _text_gyroscope(self, line: bytes) -> bytes:
-        return self.print_numbers("g", self.rotation())
-
     @text("R")
     def _text_reset(self, line: bytes) -> bytes:
         return b""
@@ -307,12 +303,12 @@ class EPuck2(AsercomCommands):
         return attitude_double(*self.zeroed())
 
     @binary(0x9E)
-    def _binary_battery(self, parameters: bytes) -> bytes:
-        return words((self.hardware.battery(),))
+    def _binary_battery(self, parameters: bytes) -> Sequence[int]:
+        return (self.hardware.battery(),)
 
     @binary(0xB3)
-    def _binary_ground(self, parameters: bytes) -> bytes:
-        return words(self.ground_values()[:4])
+    def _binary_ground(self, parameters: bytes) -> Sequence[int]:
+        return self.ground_values()[:4]
 
     @binary(0x8C)
     def _binary_temperature(self, parameters: bytes) -> bytes:
@@ -370,12 +366,12 @@ class EPuck2(AsercomCommands):
         return bytes((self.hardware.button_is_pressed(),))
 
     @binary(0xF4)
-    def _binary_all_microphones(self, parameters: bytes) -> bytes:
-        return words(self.volumes()[:4])
+    def _binary_all_microphones(self, parameters: bytes) -> Sequence[int]:
+        return self.volumes()[:4]
 
     @binary(0xF3)
-    def _binary_distance(self, parameters: bytes) -> bytes:
-        return words((self.hardware.distance(),))
+    def _binary_distance(self, parameters: bytes) -> Sequence[int]:
+        return (self.hardware.distance(),)
 
     @binary(0xF2)
     def _binary_sd_card(self, parameters: bytes) -> bytes:
