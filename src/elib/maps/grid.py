@@ -338,6 +338,10 @@ class Grid:
                 if np.ptp(np.asarray(picture.convert("RGB"), int), axis=2).max() > COLOURED:
                     raise ArgumentError(f"{path} has colours", hint="white is free, black occupied, grey unknown")
                 grey = np.asarray(picture.convert("L"), float)[::-1]
+        except Image.DecompressionBombError:
+            raise ArgumentError(
+                f"{path} has too many pixels", hint="make the picture smaller, and cell larger"
+            ) from None
         except (OSError, SyntaxError):
             hint = "a map is a picture, such as room.png, with room.toml beside it"
             raise ArgumentError(f"{path} is not a picture", hint=hint) from None
