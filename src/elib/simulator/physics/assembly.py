@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from elib.base.body import FASTEST_2, METRES_PER_STEP, step_rate
 from elib.simulator.physics import profiles, records
 from elib.simulator.physics.body import RADIUS
-from elib.simulator.physics.faces import face_number
+from elib.simulator.physics.faces import Faces
 from elib.simulator.physics.fittings import Energy
 from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Cylinder, Wall, infrared_reflectance, unit
@@ -30,12 +30,13 @@ MAX_ENTRIES = 3_000_000
 """Walls in the cells of the grid, all told; more, and the cells are made larger."""
 
 
-def wall_record(wall: Wall) -> records.Segment:
-    """Return *wall* as the kernels take it."""
+def wall_record(wall: Wall, faces: Faces) -> records.Segment:
+    """Return *wall* as the kernels take it; what it shows gets a number in *faces*."""
     dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
     length = math.sqrt(dx * dx + dy * dy)
     place = wall.x1, wall.y1, dx / length, dy / length, length
-    return records.Segment(*place, wall.height, 1 / _reflectance(wall), packed(wall.colour), face_number(wall.face))
+    face = faces.setdefault(wall.face, len(faces))
+    return records.Segment(*place, wall.height, 1 / _reflectance(wall), packed(wall.colour), face)
 
 
 def disc_record(post: Cylinder) -> records.Disc:
@@ -119,17 +120,17 @@ class Solids:
     fixed_discs: int
 
     @classmethod
-    def of(cls, scene: Scene, boxes: Sequence[Box], cylinders: Sequence[Cylinder]) -> Solids:
-        """Lay out *scene* with its boxes and cylinders where they are now."""
+    def of(cls, scene: Scene, boxes: Sequence[Box], cylinders: Sequence[Cylinder], faces: Faces) -> Solids:
+        """Lay out *scene* with its boxes and cylinders where they are now; what walls show gets numbers in *faces*."""
         firm = [*scene.edge, *scene.fixed_walls, *(side for box in boxes if not box.can_move for side in box.sides)]
-        walls = [wall_record(wall) for wall in firm]
+        walls = [wall_record(wall, faces) for wall in firm]
         discs = [disc_record(post) for post in cylinders if not post.can_move]
         made = cls(walls, discs, [], [-1] * len(boxes), [-1] * len(cylinders), len(walls), len(discs))
         for k, box in enumerate(boxes):
             if box.can_move:
                 made.box_things[k] = len(made.things)
                 made.things.append(thing_record(box, scene, len(walls)))
-                walls += (wall_record(side) for side in moved_box(box, made.things[-1]).sides)
+                walls += (wall_record(side, faces) for side in moved_box(box, made.things[-1]).sides)
         for k, cylinder in enumerate(cylinders):
             if cylinder.can_move:
                 made.cylinder_things[k] = len(made.things)

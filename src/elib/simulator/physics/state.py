@@ -13,6 +13,7 @@ from elib.base.pose import Pose
 from elib.simulator.physics import assembly, profiles, records
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.engine import Engine, engine_named
+from elib.simulator.physics.faces import Faces
 from elib.simulator.physics.fittings import ROBOTS, Light, Sound
 from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Cylinder, Wall, unit
@@ -76,6 +77,7 @@ class State:
         lanes: Into how many blocks its robots are divided; those of different blocks can be sensed at the same time.
         floor: What is painted on the floor.
         areas: The map of the zones.
+        faces: What walls and boxes show.
         world: All records.
         boxes: As they were laid out; pushable ones have moved since.
         cylinders: The same.
@@ -92,6 +94,7 @@ class State:
     ) -> None:
         self.scene, self.engine, self.floor, self.lanes = scene, engine, floor, lanes
         self.areas = areas_of(scene)
+        self.faces: Faces = {"": 0}
         count = len(starts)
         self.boxes, self.cylinders = list(scene.boxes), list(scene.cylinders)
         self.lights, self.sounds = list(scene.lights), list(scene.sounds)
@@ -164,7 +167,7 @@ class State:
                 first = int(world.things[k].first)
                 _overwrite(world.things[k], assembly.thing_record(box, self.scene, first))
                 for n, side in enumerate(assembly.moved_box(box, world.things[k]).sides, first):
-                    _overwrite(world.walls[n], assembly.wall_record(side))
+                    _overwrite(world.walls[n], assembly.wall_record(side, self.faces))
         for cylinder, k in zip(self.cylinders, self.solids.cylinder_things, strict=True):
             if k >= 0:
                 first = int(world.things[k].first)
@@ -182,7 +185,7 @@ class State:
     def _solid_rows(self, count: int) -> dict[str, Any]:
         """Lay out everything solid; return the parts of the world that hold it."""
         engine = self.engine
-        self.solids = solids = assembly.Solids.of(self.scene, self.boxes, self.cylinders)
+        self.solids = solids = assembly.Solids.of(self.scene, self.boxes, self.cylinders, self.faces)
         profile = profiles.profile(self.scene.model.profile)
         grid = assembly.Grid(self.scene, solids, assembly.horizon_of(profile))
         setting = assembly.setting(self.scene, self.floor, self.areas, grid, profile, solids.largest)
