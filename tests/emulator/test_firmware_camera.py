@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import elib
-from elib.base.body import FOCAL
+from elib.base.body import FOCAL, LENS
 from elib.base.errors import ArgumentError
 from elib.link.protocol.actuators import camera_line
 from elib.link.protocol.camera import CENTRED, EPUCK1_DRIVERS, EPUCK2, PO3030, CameraDriver, CameraWindow, WindowRefused
@@ -17,7 +17,7 @@ from elib.link.protocol.context import Context, Profile
 from elib.link.protocol.profiles import PROFILES
 from elib.link.protocol.quantities import CameraMode
 from elib.simulator.emulator.fixed_hardware import FixedHardware
-from elib.simulator.physics.optics import ABOVE, FORWARD
+from elib.simulator.physics.optics import ABOVE
 from elib.testing import EmulatedRobot, simulated
 
 E_PUCK1 = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2")
@@ -365,7 +365,7 @@ def test_every_robot_shows_a_box_upright_where_geometry_says(firmware: str, mode
     # Red is the darkest grey there is here.
     box = pixels < np.median(pixels) - 12 if mode is CameraMode.GREY else coloured(pixels, Hue.RED)
     rows, columns = np.nonzero(box)
-    depth, scale = 0.3 - FORWARD, FOCAL / 4
+    depth, scale = 0.3 - LENS, FOCAL / 4
     left, right = 19.5 - scale * 0.08 / depth, 19.5 - scale * 0.02 / (depth + 0.1)  # The latter of its far corner.
     top, foot = 19.5 - scale * (0.05 - ABOVE) / depth, 19.5 + scale * ABOVE / depth
     assert (rows.min(), rows.max()) == pytest.approx((top, foot), abs=1)

@@ -10,9 +10,6 @@ from elib.base.body import CHIP, FOCAL
 from elib.base.errors import ArgumentError
 from elib.simulator.physics.noise import CAMERA, PICTURE, gauss, uniform
 
-FORWARD: Final = 0.030
-"""The lens is this far ahead of the axle, m (Webots)."""
-
 ABOVE: Final = 0.028
 """Height of the lens above the floor, m (Webots)."""
 

@@ -18,12 +18,13 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from elib.base.body import LENS
 from elib.base.errors import ArgumentError
 from elib.simulator.physics.body import HEIGHT
 from elib.simulator.physics.faces import Faces, cells_of
 from elib.simulator.physics.floor import Floor
 from elib.simulator.physics.noise import PIXELS, STRIDE, bits, mix, quantiles, tick_key
-from elib.simulator.physics.optics import ABOVE, FORWARD, Chip, gains
+from elib.simulator.physics.optics import ABOVE, Chip, gains
 from elib.simulator.physics.sensors import brightness as law
 from elib.simulator.physics.sensors.brightness import Floats, Ints, LampArrays
 
@@ -283,8 +284,8 @@ class _Look:
     def __init__(self, scene: CameraScene, chip: Chip, robots: Ints, window: Window, faces: FaceCells) -> None:
         self._scene, self._chip, self._robots, self._window, self._faces = scene, chip, robots, window, faces
         self._heading_x, self._heading_y = scene.robots.heading_x[robots], scene.robots.heading_y[robots]
-        self._x = scene.robots.x[robots] + FORWARD * self._heading_x
-        self._y = scene.robots.y[robots] + FORWARD * self._heading_y
+        self._x = scene.robots.x[robots] + LENS * self._heading_x
+        self._y = scene.robots.y[robots] + LENS * self._heading_y
         self._room = law.room_light(scene.ambient)
         self._exposure = law.exposure(self._room + law.lamp_light(self._x, self._y, ABOVE, scene.lights))
         keys = scene.robots.key[robots]
