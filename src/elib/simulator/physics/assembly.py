@@ -14,7 +14,7 @@ from elib.simulator.physics.faces import Faces
 from elib.simulator.physics.fittings import Energy
 from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Cylinder, Wall, infrared_reflectance, unit
-from elib.simulator.physics.neighbours import IN_A_TICK, NEAR_WALLS, SENSORS_WITHIN, STRAY
+from elib.simulator.physics.neighbours import IN_A_TICK, SENSORS_WITHIN, STRAY, is_near_wall
 from elib.simulator.physics.noise import quantiles
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.sensors import distance
@@ -192,14 +192,7 @@ class Grid:
             x, y = wall.x + along * wall.tangent_x, wall.y + along * wall.tangent_y
             found.update(self._near(x, y, self._horizon + self._size))
         limit = self._horizon + self._size * math.sqrt(0.5)
-        kept = []
-        for cell in found:
-            x, y = self._middle(cell)
-            dx, dy = x - wall.x, y - wall.y
-            along = min(max(dx * wall.tangent_x + dy * wall.tangent_y, 0.0), wall.length)
-            if math.hypot(dx - along * wall.tangent_x, dy - along * wall.tangent_y) <= limit:
-                kept.append(cell)
-        return kept
+        return [cell for cell in found if is_near_wall(*self._middle(cell), wall, limit)]
 
     def _near(self, x: float, y: float, reach: float) -> list[int]:
         """Return the cells of which any point may be nearer to (x, y) than *reach*, m."""
@@ -306,11 +299,6 @@ def moved_box(box: Box, thing: records.Thing) -> Box:
     return replace(box, x=float(thing.x), y=float(thing.y), angle=angle)
 
 
-def moved_cylinder(cylinder: Cylinder, thing: records.Thing) -> Cylinder:
-    """Return *cylinder* where its record says that it is now."""
-    return replace(cylinder, x=float(thing.x), y=float(thing.y))
-
-
 def room_for_neighbours(robots: int, things: int, horizon: float) -> int:
     """Return room for the entries that the neighbours of all robots and things have together.
 
@@ -324,8 +312,3 @@ def room_for_neighbours(robots: int, things: int, horizon: float) -> int:
     """
     near = int(1.2 * ((horizon + 2 * RADIUS + 2 * STRAY) / RADIUS) ** 2)
     return robots * min(robots, near) + min(things * (2 * robots + things), MAX_ENTRIES)
-
-
-def room_for_walls(robots: int) -> int:
-    """Return how many entries the robots' own lists of walls have together."""
-    return robots * NEAR_WALLS

@@ -18,7 +18,7 @@ from elib.simulator.physics.fittings import ROBOTS, Light, Sound
 from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Cylinder, Wall, unit
 from elib.simulator.physics.motion import STEPS_PER_METRE
-from elib.simulator.physics.neighbours import list_near
+from elib.simulator.physics.neighbours import NEAR_WALLS, list_near
 from elib.simulator.physics.noise import seed_key
 from elib.simulator.physics.pushing import follow
 from elib.simulator.physics.records import Records
@@ -193,8 +193,8 @@ class State:
         setting.first_all = len(lists)
         lists += range(count + len(solids.things))
         setting.first_own = len(lists)
-        setting.first_near = setting.first_own + assembly.room_for_walls(count)
-        room = assembly.room_for_walls(count) + assembly.room_for_neighbours(count, len(solids.things), setting.horizon)
+        setting.first_near = setting.first_own + count * NEAR_WALLS
+        room = count * NEAR_WALLS + assembly.room_for_neighbours(count, len(solids.things), setting.horizon)
         visible = count + len(solids.discs)
         return {
             "setting": engine.records(records.Setting, [setting]),
@@ -342,9 +342,12 @@ class State:
 
     def cylinder(self, index: int) -> Cylinder:
         """Return a cylinder where it is now."""
-        thing = self.solids.cylinder_things[index]
+        k = self.solids.cylinder_things[index]
         cylinder = self.cylinders[index]
-        return cylinder if thing < 0 else assembly.moved_cylinder(cylinder, self.world.things[thing])
+        if k < 0:
+            return cylinder
+        thing = self.world.things[k]
+        return replace(cylinder, x=float(thing.x), y=float(thing.y))
 
     def switched(self, things: Sequence[_Lit]) -> tuple[_Lit, ...]:
         """Return lights or sounds as they are now: what is switched off neither shines nor sounds."""
