@@ -27,7 +27,6 @@ from shared import held_port, needs_page, wait_until
 
 pytestmark = needs_page
 
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
 CLIENT = """

@@ -12,7 +12,6 @@ from elib_process import elib, started
 from elib.cli import main
 from elib.cli.flash import _runs
 
-pytest.importorskip("intelhex", reason="the extra flash is not installed: pip install '.[flash]'")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 SIM = "sim://?speed=max&firmware="
 

@@ -17,7 +17,6 @@ from shared import needs_page
 
 pytestmark = needs_page
 
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
 

@@ -16,8 +16,6 @@ from urllib.parse import urlsplit
 
 import pytest
 
-pytest.importorskip("mcp")
-
 sys.path.insert(0, str(Path(__file__).parents[1] / "panel"))
 from agent_wire import INITIALIZE, WITNESSED, memory, wire
 from page_rig import opened

@@ -13,9 +13,6 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
-
-pytest.importorskip("mcp")
-
 from agent_wire import INITIALIZE, WITNESSED, Wire, WitnessedWire, memory, wire
 from test_agent import call, door_of, tools_on, went, world_of
 

@@ -15,7 +15,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("foxglove", reason="the extra foxglove is not installed: pip install '.[foxglove]'")
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "records"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "panel"))

@@ -12,8 +12,6 @@ from urllib.parse import urlsplit
 
 import pytest
 
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-pytest.importorskip("mcap", reason="the extra record is not installed: pip install '.[record]'")
 sys.path.insert(0, str(Path(__file__).parents[1] / "records"))
 import jsonschema
 from local_network import LocalLoop

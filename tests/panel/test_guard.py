@@ -18,9 +18,6 @@ from unittest import mock
 
 import pytest
 import pytest_asyncio
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 from guard_rig import SOCKET, Answer, Rig, guarded, parse
 from local_network import LocalLoop
 from page_rig import opened

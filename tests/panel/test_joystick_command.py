@@ -15,8 +15,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from elib_process import Running, started
 from page_rig import Page, fetch, opened

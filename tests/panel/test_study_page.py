@@ -7,12 +7,9 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 import msgspec
 import numpy as np
+import pytest
 from browser import browser, needs_browser
 from page_rig import Page, fetch, opened
 from world_page_rig import Frame

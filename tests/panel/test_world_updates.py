@@ -7,9 +7,6 @@ from collections.abc import AsyncIterator
 from dataclasses import replace
 
 import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from world_page_rig import PAINT, ROOM, Page, Rig, opened, watched

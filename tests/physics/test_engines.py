@@ -247,7 +247,6 @@ except Exception as error:
 
 @pytest.mark.usefixtures("own_kernel")
 def test_a_compilation_is_announced_and_code_that_is_found_is_not(tmp_path, monkeypatch, capsys):
-    pytest.importorskip("numba")
     for name in ("XDG_CACHE_HOME", "LOCALAPPDATA"):
         monkeypatch.setenv(name, str(tmp_path))
     said = []
@@ -262,7 +261,6 @@ def test_a_compilation_is_announced_and_code_that_is_found_is_not(tmp_path, monk
 
 @pytest.mark.long
 def test_a_program_announces_a_compilation_and_the_next_one_finds_the_code(tmp_path):
-    pytest.importorskip("numba")
     code = """
 from elib.simulator.physics.engine import engine_named
 from elib.simulator.physics.noise import mix
@@ -297,7 +295,6 @@ def test_kernels_never_read_beyond_their_sequences():
 
 
 def test_two_threads_that_need_a_kernel_at_once_compile_it_once():
-    pytest.importorskip("numba")
     engine, found, barrier = Compiled(), [], threading.Barrier(2)
 
     def work():

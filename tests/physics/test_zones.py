@@ -322,7 +322,6 @@ def test_both_engines_agree_in_twenty_random_worlds_with_states(compiled_worlds)
 
 @pytest.mark.long
 def test_sensors_agree_too_in_random_worlds_with_states():
-    pytest.importorskip("numba")
     for scene, robots in random_states(10, first=1000):
         assert not engines_disagree(scene, robots, threads=(1,))
 
@@ -343,7 +342,6 @@ def earned(world, i):
 
 @pytest.mark.long
 def test_episodes_leave_nothing_of_their_states_to_the_next_on_either_engine():
-    pytest.importorskip("numba")
     scene = replace(
         ROOM,
         zones=(replace(PLATE, score=2, stays=True), Zone("field", 0.7, 0.3, 0.1)),
