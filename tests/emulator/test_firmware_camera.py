@@ -179,27 +179,6 @@ def test_the_e_puck1_accepts_widths_up_to_the_published_limits(
         assert accepted == list(range(2, most + 1))
 
 
-@pytest.mark.parametrize("zoom", [1, 3, 4, 8, 16])
-def test_heights_go_to_480_over_zoom(zoom: int) -> None:
-    for driver in EPUCK1_DRIVERS.values():
-        assert window(driver, 0, 2, 480 // zoom, zoom) is not None
-        assert window(driver, 0, 2, 480 // zoom + 1, zoom) is None
-
-
-@pytest.mark.parametrize("numbers", [(3, 40, 40, 8), (-1, 40, 40, 8), (0, 40, 40, 0), (0, 40, 40, -8), (0, -40, 40, 8)])
-def test_the_e_puck1_refuses_other_modes_and_anything_negative(numbers: tuple[int, int, int, int]) -> None:
-    assert [window(driver, *numbers) for driver in EPUCK1_DRIVERS.values()] == [None] * 3
-
-
-def test_a_corner_must_leave_room_for_the_window() -> None:
-    assert window(PO3030, 0, 10, 10, 4, 600, 440) == CameraWindow(0, 10, 10, 4, 600, 440)
-    assert window(PO3030, 0, 10, 10, 4, 601, 440) is None
-    assert window(PO3030, 0, 10, 10, 4, 600, 441) is None
-    assert window(PO3030, 0, 10, 10, 4, -206, 0) == CameraWindow(0, 10, 10, 4, -206, 0)
-    assert window(PO3030, 0, 10, 10, 4, -207, 0) is None
-    assert window(PO3030, 0, 10, 10, 4, 0, -1) == CameraWindow(0, 10, 10, 4, 0, 220)
-
-
 @pytest.mark.parametrize(
     ("chip", "line", "is_taken"),
     [

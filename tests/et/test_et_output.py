@@ -215,7 +215,6 @@ def test_what_is_not_installed_is_told_with_its_extra(
     assert [each.name for each in place.iterdir()] == ["run.log"]
 
 
-DOLLARS = "1 $x$ call $y 0 0\n2 $x$ ok $y 0 0\n"
 DRAWN = (
     ("Latency",),
     ("Join",),
@@ -360,13 +359,6 @@ def test_a_listener_that_left_gives_no_traceback() -> None:
         found = subprocess.run([*ET, *arguments], input=b"", stdout=-1, stderr=writer, timeout=PATIENCE)
         os.close(writer)
         assert found.returncode == code
-
-
-def test_et_works_in_a_pipe() -> None:
-    found = subprocess.run(
-        [*ET, "FromCollection", "2", "call"], input=SAMPLE, capture_output=True, text=True, timeout=PATIENCE
-    )
-    assert (found.returncode, found.stderr, found.stdout.count("\n")) == (0, "", 5)
 
 
 def test_a_reader_that_closes_the_pipe_early_ends_et_quietly() -> None:
