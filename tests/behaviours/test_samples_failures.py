@@ -6,7 +6,6 @@ from itertools import islice, pairwise
 from pathlib import Path
 
 import pytest
-from played import with_fault
 
 from elib.base.errors import ArgumentError, LinkLost
 from elib.behaviours import RunContext, find, play
@@ -17,6 +16,7 @@ from elib.records.log import logged_name
 from elib.robot.aio import Epuck
 from elib.testing.inside import transport_of
 from lanes import short
+from shared import with_fault
 
 SIM = "sim://square?speed=max"
 
