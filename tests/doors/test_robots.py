@@ -3,12 +3,8 @@
 import asyncio
 import signal
 import socket
-import sys
-from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from elib_process import started
 
 from elib.base.errors import ElibError, LinkClosed
