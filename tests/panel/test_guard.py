@@ -527,6 +527,8 @@ MALFORMED = {
     "a list": f"[{steer()}]",
     "nothing to do": "{}",
     "an unknown message": '{"do":"fly"}',
+    "nothing to subscribe to": '{"do":"subscribe"}',
+    "too many frames a second": '{"do":"subscribe","what":"world","rate":1000}',
     "the base of all": '{"do":"message"}',
     "a class": '{"do":"__class__"}',
     "a list to do": '{"do":["stop"]}',

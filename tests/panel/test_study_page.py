@@ -14,7 +14,6 @@ from browser import browser, needs_browser
 from page_rig import Page, fetch, opened
 from world_page_rig import Frame
 
-from elib.base.errors import LinkBusy
 from elib.learn.progress import Best, Progress
 from elib.learn.studypage import REST, Life, Show, study_page
 from elib.panel.panel import WORLD
@@ -165,12 +164,6 @@ async def test_the_page_ends_with_its_block_although_a_browser_looks(progress) -
     host, port = url.removeprefix("http://").rstrip("/").split(":")
     with pytest.raises(ConnectionRefusedError):
         await asyncio.open_connection(host, int(port))
-
-
-def test_a_port_that_is_taken_is_an_error_before_anything_begins(progress, url) -> None:
-    place = url.removeprefix("http://").rstrip("/")
-    with pytest.raises(LinkBusy), study_page(progress, place):
-        pass
 
 
 # -- what drives --
