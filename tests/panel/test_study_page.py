@@ -19,6 +19,7 @@ from elib.learn.studypage import REST, Life, Show, study_page
 from elib.panel.panel import WORLD
 from elib.simulator.physics import Controller, Pose, Scene
 from elib.simulator.physics.task import Task
+from elib.testing import simulated
 from shared import needs_page, until
 
 pytestmark = needs_page
@@ -198,6 +199,7 @@ async def test_an_earlier_controller_drives_when_a_person_chooses_it(progress, u
         await until(lambda: study_of(page)["shown"] == 2)
 
 
+@simulated
 async def test_a_life_decides_every_period_and_ends_with_its_time_and_its_wheels_stand() -> None:
     task = make_task(seconds=2.0, period=0.1, robots=2)
     life = Life(task, make_controller([200.0]), 1)
