@@ -14,7 +14,7 @@ from pathlib import Path
 
 from harness import Tables, quick, run, use_tests
 
-use_tests("doors", "web")
+use_tests("doors")
 
 from test_agent_red_box import is_found, search  # noqa: E402
 

@@ -90,7 +90,7 @@ def short(cell: Cell) -> str:
 
 def use_tests(*folders: str) -> None:
     """Let a benchmark import what the tests of these folders import."""
-    sys.path[:0] = [str(ROOT / "tests"), *(str(ROOT / "tests" / name) for name in folders)]
+    sys.path[:0] = [str(ROOT), str(ROOT / "tests"), *(str(ROOT / "tests" / name) for name in folders)]
 
 
 # -- processes ---------------------------------------------------------------------------------------------------------

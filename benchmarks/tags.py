@@ -15,9 +15,8 @@ from pathlib import Path
 from harness import Tables, quick, run
 
 import elib
-from elib.base.body import camera_view
+from elib.base.body import LENS, camera_view
 from elib.link.protocol.tags import LENS_ERROR
-from elib.simulator.physics.optics import FORWARD
 from elib.testing import world_of
 
 BLACK = 0.06
@@ -113,7 +112,7 @@ def looks(
                 heading = math.radians(angle) * drawn.choice((-1, 1))
                 x, y = 1.5 - distance * math.cos(heading), 1.5 - distance * math.sin(heading)
                 looking = heading - bearing
-                pose = elib.Pose(x - FORWARD * math.cos(looking), y - FORWARD * math.sin(looking), looking)
+                pose = elib.Pose(x - LENS * math.cos(looking), y - LENS * math.sin(looking), looking)
                 world_of(robot).move_robot(0, pose)
                 picture = robot.image()
                 found[distance, angle].note(picture.tags(BLACK, family=family), number, distance, bearing)

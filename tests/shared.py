@@ -19,12 +19,13 @@ import threading
 import time
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Sequence
 from contextlib import AbstractAsyncContextManager, contextmanager
+from pathlib import Path
 from typing import Any, TypeVar
 
 import pytest
 
 from elib.base.files import PACKAGE, PAGE
-from elib.testing import simulated
+from elib.testing import simulated, with_faults
 
 T = TypeVar("T")
 
@@ -113,6 +114,13 @@ def run(command: Sequence[str], **options: Any) -> subprocess.CompletedProcess[s
 def run_python(program: str, **options: Any) -> subprocess.CompletedProcess[str]:
     """Run a program in another Python to its end; see :func:`run`."""
     return run([sys.executable, "-c", textwrap.dedent(program)], **options)
+
+
+def with_fault(folder: Path, fault: str, url: str = "sim://square?speed=max") -> str:
+    """Return *url* with one fault, written as in a fault script, without its head; more may follow with theirs."""
+    script = folder / "fault.toml"
+    script.write_text(f'description = "of a test"\n[[fault]]\n{fault}')
+    return with_faults(script, url)
 
 
 @contextmanager

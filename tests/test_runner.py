@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import os
-import signal
-import subprocess
-import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
@@ -19,7 +14,6 @@ from elib.base.timebase import RealLoop, ScaledLoop, SimulatedLoop
 from elib.robot.aio import Epuck
 from elib.robot.runner import robot_url, robot_urls, run, run_on
 from elib.testing import emulator_of
-from shared import PATIENCE
 
 SIM = "sim://square?speed=max"
 
@@ -93,18 +87,6 @@ def test_a_program_reads_its_own_options_first_and_hands_on_the_rest() -> None:
     options, rest = parser.parse_known_args(["--rounds", "3", "--robot", SIM])
     assert run(ask, argv=rest)[0] == SIM
     assert options.rounds == 3
-
-
-@pytest.mark.parametrize("arguments", [["--robott", SIM], ["file"], ["--robot", "serial:///dev/none"]])
-def test_a_program_ends_with_an_error_and_drives_no_other_robot_than_it_was_told(
-    arguments: list[str], tmp_path: Path
-) -> None:
-    file = tmp_path / "own.py"
-    file.write_text("import elib\nasync def main(robot):\n    print('driving')\nelib.run(main)\n")
-    found = subprocess.run([sys.executable, file, *arguments], capture_output=True, text=True, timeout=PATIENCE)
-    assert found.returncode != 0
-    assert "error: " in found.stderr
-    assert found.stdout == ""
 
 
 def test_a_url_given_in_the_program_outweighs_the_command_line() -> None:
@@ -187,34 +169,3 @@ def test_the_robot_is_stopped_whatever_ends_the_program_unless_told_otherwise() 
     assert ended_with(ZeroDivisionError, keep_moving=False) == (0, 0)
     assert ended_with(ZeroDivisionError, keep_moving=True) == (500, 500)
     assert ended_with(asyncio.CancelledError, keep_moving=True) == (0, 0)
-
-
-PROGRAM = """
-import asyncio, sys, elib
-
-async def main(robot):
-    await robot.set_speed(0.3, 0.3)
-    robot.trace(lambda time, event: print(event, file=sys.stderr, flush=True))
-    print("driving", flush=True)
-    await asyncio.sleep(600)
-
-elib.run(main)
-"""
-
-
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_stops_the_robot_and_says_so_by_the_exit_code_alone(
-    number: signal.Signals, code: int, tmp_path: Path
-) -> None:
-    file = tmp_path / "program.py"
-    file.write_text(PROGRAM)
-    with subprocess.Popen(
-        [sys.executable, str(file)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ)
-    ) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "driving\n"
-        process.send_signal(number)
-        _, said = process.communicate(timeout=PATIENCE)
-    assert process.returncode == code
-    assert r"Wrote(data=b'S\r')" in said
-    assert "Traceback" not in said

@@ -11,11 +11,10 @@ from dataclasses import fields
 from html import escape
 from typing import NamedTuple
 
-from elib.base.body import AXLE, SENSOR_DIRECTIONS, WHEEL_DIAMETER, camera_view
+from elib.base.body import AXLE, LENS, SENSOR_DIRECTIONS, WHEEL_DIAMETER, camera_view
 from elib.base.infrared import SPACING
 from elib.link.protocol.values import Proximity
 from elib.simulator.drawing.svg import document, element
-from elib.simulator.physics import optics
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.profiles import APERTURE, FULL_SCALE, PLACES, PROFILES
 from elib.simulator.physics.sensors import brightness, distance
@@ -220,8 +219,8 @@ def overview() -> str:
     """Return the picture for beginners: sensors with names, LEDs with numbers, wheels, camera, axes and signs."""
     picture = Picture(860, 700, "The e-puck from above: infrared sensors, LEDs, wheels, camera and axes")
     robot = Robot(picture, Point(430, 330))
-    lens, reach = robot.at(optics.FORWARD, 0), 0.042
-    edges = [robot.at(optics.FORWARD + reach, side * reach * math.tan(VIEW)) for side in (1, -1)]
+    lens, reach = robot.at(LENS, 0), 0.042
+    edges = [robot.at(LENS + reach, side * reach * math.tan(VIEW)) for side in (1, -1)]
     picture.area([lens, *edges], AXIS, opacity=0.13)
     picture.text(Point(430, 46), "what the camera sees", colour=AXIS, anchor="middle")
     _eyes(picture, robot, 7, reach=62, outside=OUTSIDE)
@@ -308,8 +307,8 @@ def leds() -> str:
 
 
 def _view(picture: Picture, robot: Robot) -> None:
-    lens = robot.at(optics.FORWARD, 0)
-    edges = [robot.at(optics.FORWARD + 0.033, 0.033 * math.tan(turn)) for turn in (VIEW, -VIEW)]
+    lens = robot.at(LENS, 0)
+    edges = [robot.at(LENS + 0.033, 0.033 * math.tan(turn)) for turn in (VIEW, -VIEW)]
     picture.area([lens, *edges], AXIS, opacity=0.13)
     for edge in edges:
         picture.line([lens, edge], AXIS, 1, is_dashed=True)

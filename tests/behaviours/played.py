@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 
 from elib.base.pose import Pose
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.robot.aio import Epuck
 from elib.simulator.emulator.simulation import Simulation
-from elib.testing import simulation_of, with_faults
+from elib.testing import simulation_of
 
 
 @dataclass(slots=True)
@@ -58,10 +57,3 @@ def played(name: str, url: str, seconds: float | None = None, **options: object)
     simulation, before = found[0]
     assert simulation.world is not None
     return Played(outcome, before, simulation.world.pose(0), simulation.world.hash())
-
-
-def with_fault(folder: Path, fault: str, url: str) -> str:
-    """Return *url* with one fault, written as in a fault script, without its head."""
-    script = folder / "fault.toml"
-    script.write_text(f'description = "of a test"\n\n[[fault]]\n{fault}\n')
-    return with_faults(script, url)

@@ -217,20 +217,6 @@ def test_a_simulation_that_names_no_world_is_the_behaviours_own_with_its_keys(
     assert find(name).resolve_url(given) == opened
 
 
-def test_every_behaviour_finds_its_own_world_at_full_speed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)  # some of them leave files
-    for what in behaviours().values():
-        if what.style.value in ("Epuck", "BlockingEpuck"):
-            worlds: list[str] = []
-
-            def watch(run: RunContext, robots: tuple[Epuck, ...], worlds: list[str] = worlds) -> None:
-                worlds.append(simulation_of(robots[0]).settings.world)
-                run.finish("enough")
-
-            play(what, "sim://?speed=max", seconds=1, watch=watch)
-            assert worlds == [what.world.partition("?")[0] or "arena"]
-
-
 @pytest.mark.parametrize(
     ("what", "message", "hint"),
     [

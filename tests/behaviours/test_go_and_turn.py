@@ -5,11 +5,12 @@ from __future__ import annotations
 import random
 
 import pytest
-from played import played, with_fault
+from played import played
 
 from elib.base.errors import LinkLost
 from elib.link.protocol.profiles import PROFILES
 from lanes import each_once, short
+from shared import with_fault
 
 BLUETOOTH = "sim://arena?speed=max&quality=ideal&latency=0.03&jitter=0.015"
 

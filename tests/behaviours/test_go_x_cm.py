@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from played import played, with_fault
+from played import played
 
 from elib.behaviours import find, play
 from elib.robot.motion import pace
 from lanes import short
+from shared import with_fault
 
 LINK = "sim://arena?speed=max&latency=0.03&jitter=0.015"
 

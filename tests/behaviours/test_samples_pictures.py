@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image as Files
-from played import with_fault
 
 from elib.base.errors import LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.behaviours import RunContext, RunResult, find, play
@@ -216,22 +215,3 @@ def test_a_lost_picture_is_asked_for_again(name: str, folder: Path) -> None:
     assert outcome.reason == "done"
     assert sum("trying again" in text for text in outcome.messages) == 2
     assert any("the picture is in" in text for text in outcome.messages)
-
-
-@pytest.mark.parametrize("keys", ["loss=0.05&seed=3", "latency=0.2"])
-@pytest.mark.parametrize("name", NAMES)
-def test_a_bad_link_does_not_end_it(name: str, keys: str) -> None:
-    outcome, images = pictures(name, f"{SIM}&{keys}")
-    assert outcome.reason == "done"
-    assert images
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_link_that_is_cut_ends_it_with_a_clear_error(name: str, folder: Path) -> None:
-    with pytest.raises(LinkLost, match=r"the link was cut at 0\.3 s"):
-        pictures(name, with_fault(folder, 'kind = "cut"\nfrom = 0.3\nuntil = 3.3', SIM))
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_robot_that_restarts_meanwhile_does_not_end_it(name: str, folder: Path) -> None:
-    assert pictures(name, with_fault(folder, 'kind = "reset"\nat = 0.3', SIM))[0].reason == "done"

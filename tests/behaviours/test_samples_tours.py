@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
-from played import with_fault
 
-from elib.base.errors import LinkLost
 from elib.behaviours import RunContext, RunResult, find, play, run_behaviour
 from elib.behaviours._run.tours import line, summarize, timeout_for
 from elib.behaviours.asynchronous_sensors import questions
@@ -250,20 +247,3 @@ def test_asking_ends_when_the_time_is_over_though_answers_are_missing() -> None:
 
 
 # -- link faults -------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("keys", ["loss=0.05&seed=3", "latency=0.2"])
-@pytest.mark.parametrize("name", [*TOURS, "port-turn-around"])
-def test_a_bad_link_does_not_end_it(name: str, keys: str) -> None:
-    assert play(find(name), f"{SIM}&{keys}", seconds=120).reason == "done"
-
-
-@pytest.mark.parametrize("name", [*TOURS, "port-turn-around"])
-def test_a_link_that_is_cut_ends_it_with_a_clear_error(name: str, tmp_path: Path) -> None:
-    with pytest.raises(LinkLost, match=r"the link was cut at 0\.25 s"):
-        play(find(name), with_fault(tmp_path, 'kind = "cut"\nfrom = 0.25\nuntil = 3.25', SIM), seconds=120)
-
-
-@pytest.mark.parametrize("name", [*TOURS, "port-turn-around"])
-def test_a_robot_that_restarts_meanwhile_does_not_end_it(name: str, tmp_path: Path) -> None:
-    assert play(find(name), with_fault(tmp_path, 'kind = "reset"\nat = 0.25', SIM), seconds=120).reason == "done"

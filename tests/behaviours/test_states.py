@@ -10,11 +10,11 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from played import with_fault
 
 import elib
 from elib.behaviours import RunContext, RunResult, StateChanged, behaviour
 from elib.link.protocol.profiles import PROFILES
+from shared import with_fault
 
 SIM = "sim://square?speed=max"
 

@@ -19,6 +19,8 @@ from shared import PATIENCE, run
 COMMAND = [sys.executable, "-m", "elib"]
 Told = Callable[..., str]
 """Takes the words of a command and returns what was said: the fixtures ``printed`` and ``refused``."""
+Ran = Callable[..., tuple[int, str, str]]
+"""Takes the words of a command and returns exit code, stdout and stderr: the fixture ``ran``."""
 
 
 def environment(**changes: str) -> dict[str, str]:

@@ -19,7 +19,6 @@ from elib_process import PATIENCE, Running, Told, started
 import elib
 from elib.base.files import WORLDS
 from elib.cli import main
-from elib.cli.simulate import with_optional_link
 from elib.panel.server.classroom import LETTERS, Student, sheet
 from elib.simulator.emulator.loopback import reachable
 from elib.simulator.emulator.server import Served
@@ -27,7 +26,6 @@ from shared import held_port, needs_page, wait_until
 
 pytestmark = needs_page
 
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
 CLIENT = """
@@ -194,21 +192,6 @@ def test_a_robot_cannot_have_the_port_of_a_page(refused: Told) -> None:
         port = str(number)
         said = refused("simulate", "--class", "2", "--tcp", port, "--view", port, code=1)
     assert f"port {port} of 127.0.0.1 is taken" in said
-
-
-@pytest.mark.parametrize(
-    ("words", "arranged"),
-    [
-        (["--host", "square"], ["--host=", "square"]),
-        (["--host", "192.168.1.5", "square"], ["--host=192.168.1.5", "square"]),
-        (["--host", "::"], ["--host=::"]),
-        (["--host", "mine.toml"], ["--host=", "mine.toml"]),
-        (["--host", "--shared"], ["--host=", "--shared"]),
-        (["--host=lab-3"], ["--host=lab-3"]),
-    ],
-)
-def test_the_address_may_be_left_out(words: list[str], arranged: list[str]) -> None:
-    assert with_optional_link(words) == arranged
 
 
 def test_a_sheet_has_a_piece_for_each_student_and_none_for_the_teacher() -> None:

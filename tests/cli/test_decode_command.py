@@ -147,7 +147,6 @@ def test_a_picture_is_summed_up(run: Run) -> None:
 
 
 def test_a_recording_is_decoded_to_the_calls_that_were_made(tmp_path: Path, run: Run) -> None:
-    pytest.importorskip("mcap")
     path = tmp_path / "run.mcap"
 
     async def drive(robot: elib.Epuck) -> None:

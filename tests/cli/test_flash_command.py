@@ -7,12 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from elib_process import elib, started
+from elib_process import Ran, elib, started
 
-from elib.cli import main
 from elib.cli.flash import _runs
 
-pytest.importorskip("intelhex", reason="the extra flash is not installed: pip install '.[flash]'")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 SIM = "sim://?speed=max&firmware="
 
@@ -39,17 +37,9 @@ def program(tmp_path: Path) -> Path:
     return write_program(tmp_path / "robot.hex")
 
 
-def ran(capsys: pytest.CaptureFixture[str], *tokens: object) -> tuple[int, str, str]:
-    code = main(["flash", *map(str, tokens)])
-    out, err = capsys.readouterr()
-    return code, out, err
-
-
 @pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2"])
-def test_a_virtual_robot_is_flashed_and_says_its_version(
-    firmware: str, program: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, out, err = ran(capsys, program, SIM + firmware, "--id", 1234)
+def test_a_virtual_robot_is_flashed_and_says_its_version(firmware: str, program: Path, ran: Ran) -> None:
+    code, out, err = ran("flash", program, SIM + firmware, "--id", 1234)
     assert code == 0
     assert out.startswith("5 rows are written, and the program has started: Version ")
     assert "It is stopped and reset." in err
@@ -63,16 +53,14 @@ def test_a_program_without_sercom_is_known_by_what_it_sends(said: bytes, shown: 
     assert _runs(said).startswith(shown)
 
 
-def test_verify_says_what_is_checked_and_what_cannot_be(program: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, _, err = ran(capsys, program, "--id", 1, "--verify")
+def test_verify_says_what_is_checked_and_what_cannot_be(program: Path, ran: Ran) -> None:
+    code, _, err = ran("flash", program, "--id", 1, "--verify")
     assert code == 0
     assert "checked the sum of each packet" in err
     assert "nothing was read back" in err
 
 
-def test_a_dry_run_shows_rows_and_what_is_protected_and_opens_no_robot(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_dry_run_shows_rows_and_what_is_protected_and_opens_no_robot(tmp_path: Path, ran: Ran) -> None:
     more = (
         record(0, 4, b"\x00\x02"),
         record(0xFE80, 0, bytes(8)),
@@ -80,7 +68,7 @@ def test_a_dry_run_shows_rows_and_what_is_protected_and_opens_no_robot(
         record(0, 0, bytes(16)),
     )
     path = write_program(tmp_path / "robot.hex", more=more)
-    code, out, err = ran(capsys, path, "serial:///dev/there-is-none", "--dry-run", "--id", 77)
+    code, out, err = ran("flash", path, "serial:///dev/there-is-none", "--dry-run", "--id", 77)
     assert (code, err) == (0, "")
     text = " ".join(out.split())
     assert "rows 5 of 1536, of 32 instructions each: 0x000000..0x00003E (1), 0x000100..0x0001BE (3), 0x017F00" in text
@@ -91,9 +79,9 @@ def test_a_dry_run_shows_rows_and_what_is_protected_and_opens_no_robot(
     assert "not sent configuration words: 16 bytes, out of the bootloader's reach" in text
 
 
-def test_the_guide_shows_a_dry_run_as_it_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_guide_shows_a_dry_run_as_it_is(tmp_path: Path, ran: Ran) -> None:
     page = Path(__file__).parents[2] / "docs/guides/flash.md"
-    code, out, _ = ran(capsys, write_program(tmp_path / "program.hex"), "--dry-run")
+    code, out, _ = ran("flash", write_program(tmp_path / "program.hex"), "--dry-run")
     assert code == 0
     assert f"```text\n{out}```" in page.read_text(encoding="utf-8")
 
@@ -111,18 +99,16 @@ def test_the_guide_shows_a_dry_run_as_it_is(tmp_path: Path, capsys: pytest.Captu
     ],
 )
 def test_what_cannot_be_done_is_refused_with_the_reason(
-    tokens: list[str], code: int, message: str, program: Path, capsys: pytest.CaptureFixture[str]
+    tokens: list[str], code: int, message: str, program: Path, ran: Ran
 ) -> None:
-    found, out, err = ran(capsys, program, *tokens)
+    found, out, err = ran("flash", program, *tokens)
     assert (found, out) == (code, "")
     assert message in err
 
 
-def test_a_damaged_file_is_refused_before_the_robot_is_opened(
-    program: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_damaged_file_is_refused_before_the_robot_is_opened(program: Path, ran: Ran) -> None:
     program.write_text(program.read_text().replace("07", "08", 1))
-    code, out, err = ran(capsys, program, "serial:///dev/there-is-none", "--id", 1)
+    code, out, err = ran("flash", program, "serial:///dev/there-is-none", "--id", 1)
     assert (code, out) == (2, "")
     assert "robot.hex: Record at line 2 has invalid checksum" in err
 

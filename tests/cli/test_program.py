@@ -33,6 +33,18 @@ def meaning(line: str) -> tuple[object, object]:
         ("simulate --pty arena", "simulate --pty= arena"),
         ("simulate --pty my.toml", "simulate --pty= my.toml"),
         ("simulate --pty --tcp 0", "simulate --pty= --tcp 0"),
+        ("simulate --view", "simulate --view="),
+        ("simulate --view square", "simulate --view= square"),
+        ("simulate square --view 8700 --control", "simulate square --view=8700 --control="),
+        ("simulate --control 127.0.0.1:0 --robots 3", "simulate --control=127.0.0.1:0 --robots 3"),
+        ("simulate --view --verbose", "simulate --view= --verbose"),
+        ("simulate --wifi square", "simulate --wifi= square"),
+        ("simulate square --wifi 0.0.0.0:1000 --view", "simulate square --wifi=0.0.0.0:1000 --view="),
+        ("simulate --host square", "simulate --host= square"),
+        ("simulate --host 192.168.1.5 square", "simulate --host=192.168.1.5 square"),
+        ("simulate --host ::", "simulate --host=::"),
+        ("simulate --host mine.toml", "simulate --host= mine.toml"),
+        ("simulate --host --shared", "simulate --host= --shared"),
     ],
 )
 def test_names_may_be_written_in_several_ways_and_values_left_out(typed: str, same: str) -> None:
@@ -115,46 +127,27 @@ def test_what_is_not_understood_is_wrong_usage(refused: Told, tokens: list[str],
     assert message in err
 
 
-def test_the_program_says_its_version_without_loading_the_parser_or_numpy() -> None:
-    code = "import sys; from elib.cli import main; main(['--version']); print(*sys.modules)"
-    out = run_python(code, check=True)
-    version, modules = out.stdout.splitlines()
-    assert version == f"elib {__version__}"
-    assert not {"cyclopts", "rich", "numpy", "PIL", "elib.simulator.physics"} & set(modules.split())
+HEAVY = {"numpy", "PIL", "elib.simulator.physics"}
 
 
-def test_the_list_of_commands_imports_none_of_them() -> None:
-    code = "import sys; from elib.cli import main; main(['--help']); print(*sys.modules)"
-    out = run_python(code, check=True)
-    modules = set(out.stdout.splitlines()[-1].split())
-    assert not {"numpy", "PIL", "asyncio", "elib.simulator.physics", "elib.robot"} & modules
-    assert not {f"elib.cli.{name}" for name in COMMANDS} & modules
-
-
-@pytest.mark.long
-def test_watch_starts_without_the_behaviours() -> None:
-    code = "import sys, elib.cli.watch; print(*sys.modules)"
-    out = run_python(code, check=True)
-    assert not {"elib.behaviours", "elib.robot.swarms"} & set(out.stdout.split())
-
-
-def test_sending_loads_neither_numpy_nor_pillow_unless_there_is_a_picture() -> None:
-    code = "import sys; from elib.cli import main; main(['send', 'proximity', '--json']); print(*sys.modules)"
-    out = run_python(code, check=True)
-    assert not {"numpy", "PIL"} & set(out.stdout.splitlines()[-1].split())
-
-
-def test_sending_over_a_link_loads_no_simulator_and_nothing_of_the_page_of_learning_or_of_labs() -> None:
-    code = """
-        import sys
-        from elib.cli import main
-        main(["send", "proximity", "--robot", "tcp://127.0.0.1:9"])  # port 9: no robot listens there
-        print(*sys.modules)
-        """
-    out = run_python(code, check=True)
-    loaded = {name.split(".")[1] for name in out.stdout.split() if name.startswith("elib.")}
-    assert {"link", "robot"} <= loaded
-    assert not {"simulator", "panel", "learn", "lab", "doors", "behaviours"} & loaded
+@pytest.mark.parametrize(
+    ("program", "absent"),
+    [
+        ("main(['--version'])", HEAVY | {"cyclopts", "rich"}),
+        ("main(['--help'])", HEAVY | {"asyncio", "elib.robot"} | {f"elib.cli.{name}" for name in COMMANDS}),
+        pytest.param("import elib.cli.watch", {"elib.behaviours", "elib.robot.swarms"}, marks=pytest.mark.long),
+        ("main(['send', 'proximity', '--json'])", {"numpy", "PIL"}),
+        (
+            "main(['send', 'proximity', '--robot', 'tcp://127.0.0.1:9'])",  # port 9: no robot listens there
+            {f"elib.{wing}" for wing in ("simulator", "panel", "learn", "lab", "doors", "behaviours")},
+        ),
+    ],
+)
+def test_a_command_loads_no_more_than_it_needs(program: str, absent: set[str]) -> None:
+    out = run_python(f"import sys; from elib.cli import main; {program}; print('loaded:', *sys.modules)", check=True)
+    loaded = set(out.stdout.partition("loaded:")[2].split())
+    assert "elib.cli" in loaded
+    assert not absent & loaded
 
 
 def test_the_installed_program_and_the_module_are_the_same() -> None:

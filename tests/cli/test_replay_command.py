@@ -114,7 +114,6 @@ def test_a_behaviour_goes_on_from_a_moment(file: str, capsys: pytest.CaptureFixt
 @needs_page
 @pytest.mark.skipif(sys.platform == "win32", reason="needs ptys")
 def test_on_a_terminal_the_page_plays_it(file: str) -> None:
-    pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
     ours, theirs = pty.openpty()
     process = subprocess.Popen(
         [*COMMAND, "replay", file],

@@ -9,10 +9,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from elib_process import started
+from elib_process import Ran, started
 
 import elib
-from elib.cli import main
 from elib.learn import Champion
 from elib.robot.watchdog import is_supported
 from elib.simulator.emulator.motors import StepMotor
@@ -41,19 +40,8 @@ def best(tmp_path: Path) -> Path:
     return file
 
 
-def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[object, str, str]:
-    """Run ``elib run`` in this process; return its exit code and what it printed."""
-    try:
-        code: object = main(["run", *arguments])
-    except SystemExit as ending:
-        code = ending.code
-    return code, *capsys.readouterr()
-
-
-def test_without_a_robot_it_drives_virtual_ones_in_the_world_of_its_task(
-    best: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, out, err = run(capsys, str(best), "--for", "1", "--json")
+def test_without_a_robot_it_drives_virtual_ones_in_the_world_of_its_task(best: Path, ran: Ran) -> None:
+    code, out, err = ran("run", str(best), "--for", "1", "--json")
     assert code == 0, err
     summary = json.loads(out)
     assert summary["outcome"] == "time"
@@ -71,7 +59,7 @@ def test_without_a_robot_it_drives_virtual_ones_in_the_world_of_its_task(
     ],
 )
 def test_in_the_world_of_its_task_it_drives_an_episode_and_says_its_fitness(
-    best: Path, capsys: pytest.CaptureFixture[str], end: str, fitness: float, seconds: float, judged: str
+    best: Path, ran: Ran, end: str, fitness: float, seconds: float, judged: str
 ) -> None:
     task = (
         "from elib import EpuckModel, Pose, Scene\nfrom elib.learn import Task\n"
@@ -81,7 +69,7 @@ def test_in_the_world_of_its_task_it_drives_an_episode_and_says_its_fitness(
         f"    is_over={end}, robots=2, fitness='sum', solved=0.1, seconds=4.0)\n"
     )
     (best.parent / "my_task.py").write_text(task)
-    code, _, err = run(capsys, str(best), "--for", "60")
+    code, _, err = ran("run", str(best), "--for", "60")
     assert code == 0, err
     found = re.search(r"^fitness (.*), (.*) \(from 0.1 on\)\nrobot time  (.*) s, ended by itself$", err, re.MULTILINE)
     assert found is not None, err
@@ -90,9 +78,7 @@ def test_in_the_world_of_its_task_it_drives_an_episode_and_says_its_fitness(
     assert float(found[3]) == pytest.approx(seconds, abs=0.2)
 
 
-def test_scene_and_seed_choose_the_world_of_its_task_and_the_starts(
-    best: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_scene_and_seed_choose_the_world_of_its_task_and_the_starts(best: Path, ran: Ran) -> None:
     task = (
         "from elib import Scene\nfrom elib.learn import Task\n"
         "scenes = tuple(Scene(width, 0.6, step=1 / 40) for width in (0.77, 3.0))\n"
@@ -102,7 +88,7 @@ def test_scene_and_seed_choose_the_world_of_its_task_and_the_starts(
     (best.parent / "my_task.py").write_text(task)
 
     def fitness(*chosen: str) -> float:
-        code, _, err = run(capsys, str(best), "--", *chosen)
+        code, _, err = ran("run", str(best), "--", *chosen)
         assert code == 0, err
         return float(err.split()[err.split().index("fitness") + 1].rstrip(","))
 
@@ -110,20 +96,20 @@ def test_scene_and_seed_choose_the_world_of_its_task_and_the_starts(
     found = [fitness("--scene", "2", "--seed", seed) for seed in ("1", "2", "1")]
     assert all(40 < each < 40 + 4 * 3 for each in found)
     assert found[0] == found[2] != found[1]
-    assert run(capsys, str(best), "--", "--help")[0] == 0
+    assert ran("run", str(best), "--", "--help")[0] == 0
 
 
-def test_a_robot_that_is_named_needs_no_task(best: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_robot_that_is_named_needs_no_task(best: Path, ran: Ran) -> None:
     (best.parent / "my_task.py").unlink()
     plot, log = best.with_name("drive.svg"), best.with_name("drive.log")
     options = ("--for", "10", "--plot", str(plot), "--log", str(log))
-    code, _, err = run(capsys, str(best), "--robot", FAST, "--robot", FAST + "&firmware=epuck2", *options)
+    code, _, err = ran("run", str(best), "--robot", FAST, "--robot", FAST + "&firmware=epuck2", *options)
     assert code == 0, err
     assert "robot time  10.0 s, its time was over" in err
     assert "robots      2 opened" in err
     assert plot.stat().st_size > 1000
     assert log.stat().st_size > 1000
-    code, _, err = run(capsys, str(best), "--for", "1")
+    code, _, err = ran("run", str(best), "--for", "1")
     assert code == 2
     assert "there is no file" in err
 
@@ -147,13 +133,13 @@ def test_what_cannot_run_is_refused_with_a_cure(
     code: int,
     message: str,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    ran: Ran,
 ) -> None:
     (best.parent / "else").mkdir()
     (best.parent / "bad.toml").write_text(best.read_text().replace("hidden", "hiden"))
     monkeypatch.chdir(best.parent)
 
-    ended, _, err = run(capsys, *arguments)
+    ended, _, err = ran("run", *arguments)
     assert ended == code
     assert message in err
     assert "Traceback" not in err

@@ -159,7 +159,6 @@ def test_a_signal_stops_the_robot_and_ends_quietly(number: signal.Signals, code:
 def test_a_plot_shows_path_speeds_readings_and_states(
     suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("matplotlib")
     file = tmp_path / f"run{suffix}"
     assert main(["run", "go-and-turn", "--side", "0.05", "--robot", FAST, "--plot", str(file)]) == 0
     assert f"plot        {file}" in capsys.readouterr().err
@@ -203,7 +202,6 @@ def test_run_all_takes_the_samples_of_2011_in_their_order(
 
 
 def test_every_kind_of_reading_has_its_chart(tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib")
     file = tmp_path / "line.png"
     assert main(["run", "line-following", "--for", "3", "--robot", "sim://line?speed=max", "--plot", str(file)]) == 0
     assert file.stat().st_size > 20_000

@@ -162,8 +162,6 @@ async def test_a_program_that_says_so_has_no_watchdog_and_neither_has_a_robot_th
 
 
 def test_the_summary_is_like_that_of_a_behaviour_and_the_files_are_there(tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib")
-    pytest.importorskip("mcap")
     written(tmp_path, BLOCKING + "print('hello')\n")
     files = ["--plot", "p.png", "--record", "r.mcap", "--log", "l.log"]
     done = elib("run", "my_robot.py", *files, cwd=tmp_path)
@@ -186,7 +184,6 @@ def test_the_summary_is_like_that_of_a_behaviour_and_the_files_are_there(tmp_pat
 
 
 def test_robots_after_the_first_have_recordings_of_their_own(tmp_path: Path) -> None:
-    pytest.importorskip("mcap")
     written(tmp_path, SWARM)
     done = elib("run", "my_robot.py", "--record", "r.mcap", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
-from elib_process import Told
+from elib_process import Ran, Told
 from PIL import Image as Pillow
 
 from elib.cli import main
@@ -41,23 +41,14 @@ def sim(firmware: str) -> str:
     return f"sim://?speed=max&firmware={firmware}"
 
 
-Sent = Callable[..., tuple[int, str, str]]
-
-
 @pytest.fixture
-def sent(capsys: pytest.CaptureFixture[str]) -> Sent:
+def sent(ran: Ran) -> Ran:
     """Return a function that runs ``elib send`` here and returns exit code, stdout and stderr."""
-
-    def run(*tokens: str) -> tuple[int, str, str]:
-        code = main(["send", *tokens])
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return run
+    return partial(ran, "send")
 
 
 @pytest.mark.parametrize("firmware", short(PROFILES, *FIRST))
-def test_every_command_answers_with_one_line_of_json_or_says_why_there_is_none(firmware: str, sent: Sent) -> None:
+def test_every_command_answers_with_one_line_of_json_or_says_why_there_is_none(firmware: str, sent: Ran) -> None:
     for name in catalogue():
         code, out, err = sent(name, *ARGUMENTS.get(name, []), "--json", "--robot", sim(firmware))
         reason = PROFILES[firmware].absent.get(name)
@@ -100,13 +91,13 @@ def test_the_list_shows_every_command_and_fits_eighty_columns(printed: Told) -> 
     assert all(len(line) <= 80 for line in page.splitlines())
 
 
-def test_named_fields_are_shown_with_their_unit(sent: Sent) -> None:
+def test_named_fields_are_shown_with_their_unit(sent: Ran) -> None:
     code, out, _ = sent("speed")
     assert code == 0
     assert out == "left   0 rev/s\nright  0 rev/s\n"
 
 
-def test_a_command_without_an_answer_leaves_stdout_empty(sent: Sent) -> None:
+def test_a_command_without_an_answer_leaves_stdout_empty(sent: Ran) -> None:
     assert sent("set_speed", "0.5", "-0.5") == (0, "", "set_speed: done\n")
 
 
@@ -118,7 +109,7 @@ def test_a_command_without_an_answer_leaves_stdout_empty(sent: Sent) -> None:
         ["set-speed", f"--robot={sim('epuck2')}", "0.1", "--json", "0.1", "--within", "2"],
     ],
 )
-def test_names_take_dashes_and_options_stand_anywhere_behind_them(tokens: list[str], sent: Sent) -> None:
+def test_names_take_dashes_and_options_stand_anywhere_behind_them(tokens: list[str], sent: Ran) -> None:
     assert sent(*tokens) == (0, "null\n", "")
 
 
@@ -151,7 +142,7 @@ def test_names_take_dashes_and_options_stand_anywhere_behind_them(tokens: list[s
         (["image", "--save", "picture.jpg"], "it must end in .png"),
     ],
 )
-def test_a_wrong_call_is_told_the_rule_and_reaches_no_robot(tokens: list[str], message: str, sent: Sent) -> None:
+def test_a_wrong_call_is_told_the_rule_and_reaches_no_robot(tokens: list[str], message: str, sent: Ran) -> None:
     # No robot is there: if the call were not refused, the link would fail instead.
     robot = [] if "--robot" in tokens else ["--robot", "tcp://127.0.0.1:9"]
     code, out, err = sent(*tokens, *robot)
@@ -169,20 +160,20 @@ def test_a_wrong_call_is_told_the_rule_and_reaches_no_robot(tokens: list[str], m
         ("sim://nowhere?speed=max", "there is no world 'nowhere'"),
     ],
 )
-def test_a_robot_that_cannot_be_reached_is_a_failure_not_a_wrong_call(url: str, message: str, sent: Sent) -> None:
+def test_a_robot_that_cannot_be_reached_is_a_failure_not_a_wrong_call(url: str, message: str, sent: Ran) -> None:
     code, out, err = sent("proximity", "--robot", url)
     assert (code, out) == (1, "")
     assert message in err
     assert "hint: " in err
 
 
-def test_no_answer_in_time_is_a_failure_that_names_the_request(sent: Sent) -> None:
+def test_no_answer_in_time_is_a_failure_that_names_the_request(sent: Ran) -> None:
     code, _, err = sent("calibrate_proximity", "--within", "0.01", "--robot", sim("btcom-1.1.3"))
     assert code == 1
     assert err.startswith("error: calibrate_proximity() did not end within 0.01 s")
 
 
-def test_a_picture_is_saved_and_described(tmp_path: Path, sent: Sent) -> None:
+def test_a_picture_is_saved_and_described(tmp_path: Path, sent: Ran) -> None:
     file = tmp_path / "seen.png"
     code, out, err = sent("image", "--save", str(file))
     assert code == 0
@@ -192,7 +183,7 @@ def test_a_picture_is_saved_and_described(tmp_path: Path, sent: Sent) -> None:
         assert (picture.size, picture.mode) == ((40, 40), "RGB")
 
 
-def test_a_picture_as_json_has_its_pixels_unless_they_were_saved(tmp_path: Path, sent: Sent) -> None:
+def test_a_picture_as_json_has_its_pixels_unless_they_were_saved(tmp_path: Path, sent: Ran) -> None:
     value = json.loads(sent("image", "--json")[1])
     assert (value["mode"], value["width"], value["height"]) == ("COLOUR", 40, 40)
     assert len(value["pixels"]) == 40
@@ -202,7 +193,7 @@ def test_a_picture_as_json_has_its_pixels_unless_they_were_saved(tmp_path: Path,
     assert saved["saved"] == str(tmp_path / "a.png")
 
 
-def test_a_picture_that_cannot_be_saved_is_a_failure_that_names_the_file(tmp_path: Path, sent: Sent) -> None:
+def test_a_picture_that_cannot_be_saved_is_a_failure_that_names_the_file(tmp_path: Path, sent: Ran) -> None:
     code, _, err = sent("image", "--save", str(tmp_path / "none" / "a.png"))
     assert code == 2
     path = str(tmp_path / "none" / "a.png")
@@ -210,29 +201,29 @@ def test_a_picture_that_cannot_be_saved_is_a_failure_that_names_the_file(tmp_pat
 
 
 @pytest.mark.parametrize("name", [f"{'写' * 80}.png", f"a.{'x' * 200}.png"])
-def test_a_file_may_have_as_long_a_name_as_the_system_allows(name: str, tmp_path: Path, sent: Sent) -> None:
+def test_a_file_may_have_as_long_a_name_as_the_system_allows(name: str, tmp_path: Path, sent: Ran) -> None:
     assert sent("image", "--save", str(tmp_path / name))[0] == 0
     assert [each.name for each in tmp_path.iterdir()] == [name]
 
 
-def test_samples_are_nested_lists(sent: Sent) -> None:
+def test_samples_are_nested_lists(sent: Ran) -> None:
     rings = json.loads(sent("microphone_samples", "--json")[1])
     assert [len(ring) for ring in rings] == [100, 100, 100]
     assert all(isinstance(sample, int) for ring in rings for sample in ring)
 
 
-def test_any_text_command_can_be_sent(sent: Sent) -> None:
+def test_any_text_command_can_be_sent(sent: Ran) -> None:
     code, out, _ = sent("text", "D,100,-100")
     assert (code, out) == (0, "d\n")
 
 
-def test_the_variable_elib_robot_names_the_robot_of_a_command(sent: Sent, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_variable_elib_robot_names_the_robot_of_a_command(sent: Ran, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ELIB_ROBOT", sim("btcom-2.0"))
     code, out, _ = sent("version", "--json")
     assert (code, json.loads(out)["firmware"]) == (0, "btcom-2.0")
 
 
-def test_a_command_for_one_robot_refuses_a_variable_that_names_two(sent: Sent, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_command_for_one_robot_refuses_a_variable_that_names_two(sent: Ran, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ELIB_ROBOT", "sim:// sim://maze")
     code, out, err = sent("version")
     assert (code, out) == (2, "")

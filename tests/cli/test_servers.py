@@ -12,12 +12,10 @@ import pytest
 from elib_process import PATIENCE, Told, started
 
 from elib.base.extras import install
-from elib.cli.simulate import with_optional_link
 from shared import needs_page
 
 pytestmark = needs_page
 
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
 
@@ -60,19 +58,3 @@ def test_a_server_that_others_could_reach_is_refused_before_any_robot_is_offered
 def test_a_view_without_its_extra_says_how_to_get_it(refused: Told, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "aiohttp", None)
     assert install("web") in refused("simulate", "square", "--tcp", "0", "--view", "0", code=1)
-
-
-@pytest.mark.parametrize(
-    ("tokens", "arranged"),
-    [
-        (["--view"], ["--view="]),
-        (["--view", "square"], ["--view=", "square"]),
-        (["square", "--view", "8700", "--control"], ["square", "--view=8700", "--control="]),
-        (["--control", "127.0.0.1:0", "--robots", "3"], ["--control=127.0.0.1:0", "--robots", "3"]),
-        (["--view", "--verbose"], ["--view=", "--verbose"]),
-        (["--wifi", "square"], ["--wifi=", "square"]),
-        (["square", "--wifi", "0.0.0.0:1000", "--view"], ["square", "--wifi=0.0.0.0:1000", "--view="]),
-    ],
-)
-def test_an_address_may_be_given_or_not(tokens: list[str], arranged: list[str]) -> None:
-    assert with_optional_link(tokens) == arranged

@@ -112,7 +112,6 @@ def test_a_capture_of_wifi_is_told_from_one_of_a_serial_line() -> None:
 
 
 def test_a_recording_of_a_robot_on_wifi_is_decoded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("mcap")
     path = tmp_path / "run.mcap"
     with elib.connect("sim://arena?firmware=epuck2-wifi&speed=max") as robot:
         robot.record(path)

@@ -2,14 +2,12 @@
 
 from pathlib import Path
 
+import nbclient
+import nbformat
 import pytest
 from pages import CANNOT_STOP, ROOT, complaints, name_of, programs
 
 from shared import PATIENCE
-
-pytest.importorskip("ipykernel")
-nbclient = pytest.importorskip("nbclient")
-nbformat = pytest.importorskip("nbformat")
 
 PAGES = sorted((ROOT / "docs/tutorial").glob("*.md"))
 GUIDE = ROOT / "docs/guides/notebooks.md"

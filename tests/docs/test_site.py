@@ -9,14 +9,12 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urldefrag
 
+import make_site
 import pytest
 from pages import ROOT
+from try_links import with_links
 
 from shared import PATIENCE
-
-sys.path.insert(0, str(ROOT / "docs"))
-import make_site
-from try_links import with_links
 
 
 class Page(HTMLParser):

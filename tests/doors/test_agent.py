@@ -11,11 +11,8 @@ import signal
 import sys
 from types import SimpleNamespace
 
-import pytest
-
-pytest.importorskip("mcp")
-
 import aiohttp
+import pytest
 from mcp.client.client import Client
 from mcp.client.stdio import StdioServerParameters, stdio_client
 from mcp_types import CallToolRequestParams, CallToolResult

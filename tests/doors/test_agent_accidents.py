@@ -10,16 +10,10 @@ import random
 import signal
 import subprocess
 import sys
-import threading
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
-
-pytest.importorskip("mcp")
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "panel"))
-from agent_wire import INITIALIZE, WITNESSED, memory, wire
+from agent_wire import INITIALIZE, WITNESSED, Wire, memory, wire
 from page_rig import opened
 from test_agent import FIRMWARES, LIMITS, call, speeds, tools_on, went, world_of
 
@@ -46,21 +40,6 @@ def until_driving(door):
 
 
 # -- calls --
-
-
-@pytest.mark.long
-def test_a_cancelled_call_stops_the_robot_and_the_next_one_drives_it(tmp_path):
-    with wire(tmp_path, "sim://square") as door:
-        number = door.begin("drive", json.dumps(FAR))
-        until_driving(door)
-        gone = {"jsonrpc": "2.0", "method": "notifications/cancelled", "params": {"requestId": number}}
-        door.send(json.dumps(gone).encode())
-        wait_until(lambda: door.call("status")["stands"])
-        # It may still read the sensors for the cancelled call.
-        wait_until(lambda: door.call("drive", distance=0.03)["ended"] == "reached")
-        said = door.close()
-    assert said["farthest"] < FULL
-    assert not said["unconfirmed"]
 
 
 @pytest.mark.long
@@ -332,54 +311,31 @@ async def test_a_person_stops_the_robot_on_the_page_and_the_log_has_every_call(t
     log = tmp_path / "calls.jsonl"
     words = [sys.executable, "-m", "elib", "agent", "sim://square", "--view", "--log", str(log)]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    door = subprocess.Popen(words, text=True, **pipes)  # noqa: ASYNC220  # threads read it
-    answers: dict[int, dict] = {}
-    came = threading.Condition()
-
-    def read():
-        for line in door.stdout:
-            with came:
-                message = json.loads(line)
-                answers[message["id"]] = message
-                came.notify_all()
-
-    def send(**message):
-        door.stdin.write(json.dumps({"jsonrpc": "2.0", **message}) + "\n")
-        door.stdin.flush()
-
-    def begin(number, tool, **arguments):
-        send(id=number, method="tools/call", params={"name": tool, "arguments": arguments})
+    door = subprocess.Popen(words, **pipes)  # noqa: ASYNC220  # threads read it
+    client = Wire(door.stdout, door.stdin)
 
     async def end(number):
-        def wait():
-            with came:
-                assert came.wait_for(lambda: number in answers, PATIENCE)
-            return answers[number]["result"]
+        return (await asyncio.to_thread(client.end, number))["result"]
 
-        return await asyncio.to_thread(wait)
-
-    reader = threading.Thread(target=read, daemon=True)
-    reader.start()
     try:
-        url = (await asyncio.to_thread(door.stderr.readline)).split()[-1]
-        send(id=1, method="initialize", params=INITIALIZE)
-        send(method="notifications/initialized")
+        url = (await asyncio.to_thread(door.stderr.readline)).decode().split()[-1]
+        await asyncio.to_thread(client.greet)
         async with opened(url) as page:
             key = await page.connected()
-            begin(2, "drive", **FAR)
+            driving = client.begin("drive", json.dumps(FAR))
             await until(lambda: page.tick["drive"]["may_move"])
             await page.ask("stop", robot=key)
-            stopped = (await end(2))["structuredContent"]
+            stopped = (await end(driving))["structuredContent"]
             assert (stopped["ended"], stopped["stands"]) == ("person", True)
-            begin(3, "drive", distance=0.02)
-            assert "a person stopped the robot" in (await end(3))["content"][0]["text"]
+            refused = await end(client.begin("drive", '{"distance": 0.02}'))
+            assert "a person stopped the robot" in refused["content"][0]["text"]
             await page.ask("resume_behaviour", robots=[key])
-            begin(4, "drive", distance=0.02)
-            assert (await end(4))["structuredContent"]["ended"] == "reached"
+            driven = await end(client.begin("drive", '{"distance": 0.02}'))
+            assert driven["structuredContent"]["ended"] == "reached"
     finally:
         door.stdin.close()
         assert await asyncio.to_thread(door.wait, PATIENCE) == 0
-        reader.join()
+        client.reader.join()
         door.stdout.close()
         door.stderr.close()
     lines = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]

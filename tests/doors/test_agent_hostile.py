@@ -6,22 +6,18 @@ import http.client
 import json
 import os
 import random
-import signal
 import subprocess
 import sys
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
-
-pytest.importorskip("mcp")
-
 from agent_wire import INITIALIZE, WITNESSED, Wire, WitnessedWire, memory, wire
 from test_agent import call, door_of, tools_on, went, world_of
 
 from elib.doors.agent.limits import Limits
 from elib.doors.agent.server import serve_pipes
-from shared import PATIENCE, wait_until
+from shared import PATIENCE
 
 GROWTH = 40 << 20
 """Bytes by which the memory of the door may grow while it is attacked: one message may have a megabyte."""
@@ -221,47 +217,6 @@ def test_a_thousand_hostile_calls_are_refused(tmp_path: Path) -> None:
     assert len(lines) > 800
     for line in lines:
         json.loads(line, parse_constant=pytest.fail)  # NaN and Infinity are no JSON
-
-
-CLIENT = """
-import json, subprocess, sys
-door = subprocess.Popen([sys.executable, *sys.argv[1:]], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-def send(**message):
-    door.stdin.write(json.dumps({"jsonrpc": "2.0", **message}).encode() + b"\\n")
-    door.stdin.flush()
-send(id=1, method="initialize", params=%s)
-door.stdout.readline()
-send(method="notifications/initialized")
-far = {"distance": 1.5, "speed": 0.02, "stop_at_obstacle": False}
-send(id=2, method="tools/call", params={"name": "drive", "arguments": far})
-while True:
-    send(id=3, method="tools/call", params={"name": "status"})
-    found = json.loads(door.stdout.readline())["result"]["structuredContent"]
-    if not found["stands"] and found["pose"]["x"] > 0.005:
-        break
-print("driving", flush=True)
-door.wait()
-"""
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
-@pytest.mark.long
-def test_the_robot_stands_after_its_client_was_killed(tmp_path: Path) -> None:
-    witness = tmp_path / "witness.json"
-    code = CLIENT % json.dumps(INITIALIZE)
-    command = [sys.executable, "-c", code, WITNESSED, str(witness), "agent", "sim://square"]
-    client = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-    try:
-        assert client.stdout.readline() == b"driving\n"
-        os.kill(client.pid, signal.SIGKILL)
-        client.wait()
-        said = json.loads(wait_until(lambda: witness.exists() and witness.read_text()))
-    finally:
-        client.kill()
-        client.wait()
-        client.stdout.close()
-    assert 0.005 < said["farthest"] < 1.4  # the whole drive takes longer than anything that a test waits for
-    assert not said["unconfirmed"]
 
 
 @pytest.mark.long

@@ -8,9 +8,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-
-pytest.importorskip("mcp")
-
 from mcp_types import CallToolRequestParams
 from red_box_worlds import RED, gap, random_placement, written_placement
 from test_agent import door_of, speeds, tools_on, world_of

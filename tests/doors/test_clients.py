@@ -14,13 +14,12 @@ import sys
 from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 
+import aiohttp
 import pytest
 import pytest_asyncio
 from browser import browser, needs_browser
 
 from shared import PATIENCE, needs_page
-
-aiohttp = pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
 pytestmark = [
     needs_page,

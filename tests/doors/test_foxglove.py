@@ -13,13 +13,8 @@ import sys
 from collections.abc import AsyncIterator
 from pathlib import Path
 
-import pytest
-
-pytest.importorskip("foxglove", reason="the extra foxglove is not installed: pip install '.[foxglove]'")
-sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "records"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "panel"))
 import page_rig
+import pytest
 import websockets
 from elib_process import started
 from foxglove_client import Client, connected_to

@@ -3,12 +3,8 @@
 import asyncio
 import signal
 import socket
-import sys
-from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from elib_process import started
 
 from elib.base.errors import ElibError, LinkClosed
@@ -53,7 +49,6 @@ SERVE, FOXGLOVE, AGENT = ["serve"], ["foxglove"], ["agent", "--http", "--allow-r
 @pytest.mark.parametrize("words", short([SERVE, FOXGLOVE, AGENT], SERVE), ids=lambda words: words[0])
 @pytest.mark.parametrize("number", short([signal.SIGINT, signal.SIGTERM], signal.SIGINT))
 def test_a_signal_ends_a_door_whose_robots_are_still_being_connected(words: tuple[str, ...], number: signal.Signals):
-    pytest.importorskip({"foxglove": "foxglove", "agent": "mcp"}.get(words[0], "aiohttp"))
     with socket.create_server(("127.0.0.1", 0)) as silent:
         silent.settimeout(PATIENCE)
         with started(*words, f"tcp://127.0.0.1:{silent.getsockname()[1]}", "--port", "0") as run:

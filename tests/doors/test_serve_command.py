@@ -6,13 +6,8 @@ import asyncio
 import contextlib
 import json
 import signal
-import sys
-from pathlib import Path
 
 import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from elib_process import started
 from serve_rig import Program, child, serving
 from websockets.asyncio.client import connect

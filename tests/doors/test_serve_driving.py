@@ -7,9 +7,6 @@ import contextlib
 from collections.abc import AsyncIterator
 
 import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 from local_network import LocalLoop
 from serve_rig import Program, Rig, serving
 

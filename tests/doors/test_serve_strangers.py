@@ -8,11 +8,6 @@ import random
 import tracemalloc
 
 import pytest
-
-from lanes import short
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 from local_network import LocalLoop
 from serve_rig import Rig, serving
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -21,6 +16,7 @@ from elib.base.errors import ArgumentError
 from elib.doors.serve import door as doors
 from elib.doors.serve.door import ProgramDoor
 from elib.doors.serve.messages import NAMES
+from lanes import short
 from shared import PATIENCE, needs_page, now, until
 
 pytestmark = needs_page

@@ -6,16 +6,11 @@ import asyncio
 import contextlib
 import json
 import random
-import sys
 from pathlib import Path
 from urllib.parse import urlsplit
 
-import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-pytest.importorskip("mcap", reason="the extra record is not installed: pip install '.[record]'")
-sys.path.insert(0, str(Path(__file__).parents[1] / "records"))
 import jsonschema
+import pytest
 from local_network import LocalLoop
 from recordings import recorded
 from serve_rig import Program, Rig, serving

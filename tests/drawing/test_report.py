@@ -12,8 +12,6 @@ from elib.base.extras import install
 from elib.simulator.physics import World
 from elib.studies.report import Chart, _broken, check_report, draw_report
 
-pytest.importorskip("matplotlib")
-
 
 def test_a_line_is_broken_where_nothing_was_read_for_long():
     times, values = _broken([0.0, 0.1, 10.0, 10.1], [1.0, 2.0, 3.0, 4.0])

@@ -3,24 +3,16 @@
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from pathlib import Path
 
 import pytest
 
 import elib
 from elib.link.transport import Transport, open_transport
 from elib.simulator.emulator.sim_transport import SimTransport
-from elib.testing import with_faults
 from shared import PATIENCE
 
-CUT = '[[fault]]\nkind = "cut"\nfrom = 5\nevery = 100\nfor = 10\n'
+CUT = 'kind = "cut"\nfrom = 5\nevery = 100\nfor = 10\n'
 """The link is cut from 5 s to 15 s, and every 100 s again."""
-
-
-def with_script(folder: Path, text: str, url: str = "sim://square?speed=max") -> str:
-    path = folder / "faults.toml"
-    path.write_text(f'description = "of a test"\n{text}')
-    return with_faults(path, url)
 
 
 async def open_url(url: str) -> SimTransport:

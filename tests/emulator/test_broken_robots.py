@@ -4,7 +4,6 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from fault_rig import with_script
 
 import elib
 from elib.base.errors import SimulationError
@@ -14,6 +13,7 @@ from elib.simulator.emulator.firmware import FIRMWARES
 from elib.simulator.emulator.sim_transport import SimTransport
 from elib.simulator.physics.defects import SENSORS
 from elib.testing import faults_of, simulated, world_of
+from shared import with_fault
 
 READ = (*SENSORS, "image")
 WORDS = {
@@ -30,8 +30,8 @@ WORDS = {
 def fault(sensor: str) -> str:
     stuck = f"from = 3\nstuck = {WORDS.get(sensor, 300)}\n"
     if sensor == "image":
-        return f'[[fault]]\nkind = "camera"\n{stuck}'
-    return f'[[fault]]\nkind = "sensor"\nsensor = "{sensor}"\nnumbers = [0]\n{stuck}'
+        return f'kind = "camera"\n{stuck}'
+    return f'kind = "sensor"\nsensor = "{sensor}"\nnumbers = [0]\n{stuck}'
 
 
 @simulated
@@ -39,7 +39,7 @@ async def bytes_of(firmware: str, folder: Path, broken: str = "") -> dict[str, b
     """Return the bytes that answer the question for each sensor, up to the one that is broken."""
     url = f"sim://line?speed=max&seed=3&firmware={firmware}"
     found: dict[str, bytes] = {}
-    async with elib.open(with_script(folder, fault(broken), url) if broken else url) as robot:
+    async with elib.open(with_fault(folder, fault(broken), url) if broken else url) as robot:
         transport = robot.session.transport
         assert isinstance(transport, SimTransport)
         sent = bytearray()
@@ -74,8 +74,8 @@ def test_the_bytes_of_every_firmware_show_each_broken_sensor_and_nothing_else(fi
 @pytest.mark.parametrize("firmware", FIRMWARES)
 @simulated
 async def test_a_loose_wheel_turns_the_robot_while_its_steps_count_on(firmware: str, tmp_path: Path) -> None:
-    loose = '[[fault]]\nkind = "wheel"\nwheel = "left"\nfactor = 0\n'
-    async with elib.open(with_script(tmp_path, loose, f"sim://square?speed=max&firmware={firmware}")) as robot:
+    loose = 'kind = "wheel"\nwheel = "left"\nfactor = 0\n'
+    async with elib.open(with_fault(tmp_path, loose, f"sim://square?speed=max&firmware={firmware}")) as robot:
         before = world_of(robot).pose(0).heading
         await robot.set_speed(0.5, 0.5)
         await robot.sleep(1.0)
@@ -88,9 +88,9 @@ async def test_a_loose_wheel_turns_the_robot_while_its_steps_count_on(firmware: 
 @pytest.mark.parametrize("firmware", FIRMWARES)
 @simulated
 async def test_a_slow_clock_slows_both_motors_and_their_steps(firmware: str, tmp_path: Path) -> None:
-    slow = '[[fault]]\nkind = "clock"\nfactor = 0.5\nfrom = 2\nfor = 4\n'
+    slow = 'kind = "clock"\nfactor = 0.5\nfrom = 2\nfor = 4\n'
     url = f"sim://square?speed=max&firmware={firmware}"
-    async with elib.open(with_script(tmp_path, slow, url)) as robot:
+    async with elib.open(with_fault(tmp_path, slow, url)) as robot:
         await robot.set_speed(0.2, 0.2)
         counted = []
         for second in range(1, 9):
@@ -105,7 +105,7 @@ async def test_one_robot_of_a_swarm_is_broken_by_name_or_number_and_the_others_a
     tmp_path: Path,
 ) -> None:
     url = "sim://arena?robots=3&speed=max&seed=1"
-    stuck = '[[fault]]\nkind = "sensor"\nsensor = "proximity"\nstuck = 300\nrobots = [{}]\nfrom = 0.5\nuntil = 3\n'
+    stuck = 'kind = "sensor"\nsensor = "proximity"\nstuck = 300\nrobots = [{}]\nfrom = 0.5\nuntil = 3\n'
 
     async def heard(url: str, at: float) -> list[tuple[int, ...]]:
         async with elib.swarm(url) as robots:
@@ -113,7 +113,7 @@ async def test_one_robot_of_a_swarm_is_broken_by_name_or_number_and_the_others_a
             return [tuple(await robot.proximity()) for robot in robots]
 
     for who in ('"epuck-2"', "2"):
-        script = with_script(tmp_path, stuck.format(who), url)
+        script = with_fault(tmp_path, stuck.format(who), url)
         whole, seen = await heard(url, 1.0), await heard(script, 1.0)
         assert seen[1] == (300,) * 8
         assert (seen[0], seen[2]) == (whole[0], whole[2])
@@ -171,5 +171,5 @@ def test_over_wifi_each_broken_sensor_is_in_the_packets_and_the_others_are_as_th
     url = "sim://line?speed=max&seed=3&firmware=epuck2-wifi"
     whole = heard_over_wifi(url)
     for sensor in READ:
-        seen = heard_over_wifi(with_script(tmp_path, fault(sensor), url))
+        seen = heard_over_wifi(with_fault(tmp_path, fault(sensor), url))
         assert {other for other in READ if seen[other] != whole[other]} == {sensor}

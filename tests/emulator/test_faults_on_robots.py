@@ -6,7 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from fault_rig import CUT, ask, open_url, with_script
+from fault_rig import CUT, ask, open_url
 
 import elib
 from elib.link.protocol.profiles import PROFILES
@@ -15,12 +15,12 @@ from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.emulator.simulation import Simulation
 from elib.testing import faults_of, simulated
 from elib.testing.inside import transport_of
-from shared import now
+from shared import now, with_fault
 
 
 @simulated
 async def test_a_program_that_gave_up_a_silent_robot_finds_it_again(tmp_path: Path) -> None:
-    url = with_script(tmp_path, '[[fault]]\nkind = "silence"\nfrom = 2\nuntil = 20')
+    url = with_fault(tmp_path, 'kind = "silence"\nfrom = 2\nuntil = 20')
     async with elib.open(url) as robot:
         await robot.set_encoders(11, 12)
         with pytest.raises(elib.LinkLost):
@@ -40,7 +40,7 @@ async def test_a_program_that_gave_up_a_silent_robot_finds_it_again(tmp_path: Pa
 @pytest.mark.parametrize("firmware", PROFILES)
 @simulated
 async def test_a_robot_that_restarts_greets_and_has_forgotten_everything(firmware: str, tmp_path: Path) -> None:
-    url = with_script(tmp_path, '[[fault]]\nkind = "reset"\nat = 5', f"sim://square?speed=max&firmware={firmware}")
+    url = with_fault(tmp_path, 'kind = "reset"\nat = 5', f"sim://square?speed=max&firmware={firmware}")
     async with elib.open(url) as robot:
         await robot.set_speed(0.2, 0.2)
         await robot.set_encoders(1000, 1000)
@@ -95,13 +95,13 @@ def test_a_battery_runs_down_slows_the_robot_and_lets_it_die_standing_still(firm
             async with elib.open(url):
                 pass
 
-    text = '[[fault]]\nkind = "battery"\nfrom = 2\nuntil = 12\nvolts = [4.0, 3.2]\nslows = 0.05'
-    story(with_script(tmp_path, text, f"sim://square?speed=max&firmware={firmware}"))
+    text = 'kind = "battery"\nfrom = 2\nuntil = 12\nvolts = [4.0, 3.2]\nslows = 0.05'
+    story(with_fault(tmp_path, text, f"sim://square?speed=max&firmware={firmware}"))
 
 
 @simulated
 async def test_a_robot_restarts_as_often_as_the_script_says(tmp_path: Path) -> None:
-    url = with_script(tmp_path, '[[fault]]\nkind = "reset"\nfrom = 5\nuntil = 40\nevery = 10')
+    url = with_fault(tmp_path, 'kind = "reset"\nfrom = 5\nuntil = 40\nevery = 10')
     async with elib.open(url) as robot:
         resets = []
         for _ in range(6):
@@ -114,7 +114,7 @@ async def test_a_robot_restarts_as_often_as_the_script_says(tmp_path: Path) -> N
 
 @simulated
 async def test_a_battery_that_is_empty_from_the_beginning_kills_at_once_and_not_before(tmp_path: Path) -> None:
-    url = with_script(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 6\nvolts = 3.0')
+    url = with_fault(tmp_path, 'kind = "battery"\nfrom = 5\nuntil = 6\nvolts = 3.0')
     robot = await open_url(url)
     await ask(robot, b"E\r")
     await asyncio.sleep(4.9)
@@ -126,7 +126,7 @@ async def test_a_battery_that_is_empty_from_the_beginning_kills_at_once_and_not_
 
 @simulated
 async def test_a_battery_keeps_the_voltage_that_the_script_left_and_is_normal_before_it(tmp_path: Path) -> None:
-    url = with_script(tmp_path, '[[fault]]\nkind = "battery"\nfrom = 5\nuntil = 10\nvolts = [4.0, 3.6]')
+    url = with_fault(tmp_path, 'kind = "battery"\nfrom = 5\nuntil = 10\nvolts = [4.0, 3.6]')
     async with elib.open(url) as robot:
         usual = (await robot.battery()).raw
         await asyncio.sleep(30)
@@ -155,7 +155,7 @@ async def test_each_robot_of_a_simulation_has_faults_of_its_own_and_the_urls_see
 
 @simulated
 async def test_a_closed_simulation_leaves_no_timer_of_its_script(tmp_path: Path) -> None:
-    url = with_script(tmp_path, CUT)
+    url = with_fault(tmp_path, CUT)
     robot = await open_url(url)
     await ask(robot, b"E\r")
     assert math.isfinite(robot.simulation.robots[0].player.script.faults[0].when.next_change(now()))

@@ -6,19 +6,19 @@ import weakref
 from pathlib import Path
 
 import pytest
-from fault_rig import CUT, ask, open_url, until_lost, with_script
+from fault_rig import CUT, ask, open_url, until_lost
 
 import elib
 from elib.link.transport.lease import lease
 from elib.simulator.emulator.simulation import RECONNECT_TIMEOUT, running
 from elib.testing import simulated
-from shared import now
+from shared import now, with_fault
 
 
 @pytest.fixture
 def faulty(tmp_path: Path) -> str:
     """URL of a robot whose link is cut from 5 s to 15 s, and every 100 s again."""
-    return with_script(tmp_path, CUT)
+    return with_fault(tmp_path, CUT)
 
 
 @simulated
@@ -135,7 +135,7 @@ async def test_a_lost_robot_nobody_looks_for_is_gone_after_a_while() -> None:
 
 @simulated
 async def test_a_robot_waits_out_a_cut_however_long(tmp_path: Path) -> None:
-    url = with_script(tmp_path, f'[[fault]]\nkind = "cut"\nat = 1\nfor = {10 * RECONNECT_TIMEOUT}')
+    url = with_fault(tmp_path, f'kind = "cut"\nat = 1\nfor = {10 * RECONNECT_TIMEOUT}')
     first = await open_url(url)
     await ask(first, b"E\r")
     await until_lost(first)
@@ -147,7 +147,7 @@ async def test_a_robot_waits_out_a_cut_however_long(tmp_path: Path) -> None:
 
 @simulated
 async def test_a_robot_cut_off_for_good_is_never_replaced_while_somebody_looks_for_it(tmp_path: Path) -> None:
-    url = with_script(tmp_path, '[[fault]]\nkind = "cut"\nat = 1')
+    url = with_fault(tmp_path, 'kind = "cut"\nat = 1')
     first = await open_url(url)
     await ask(first, b"E\r")
     await until_lost(first)

@@ -7,7 +7,7 @@ import weakref
 from pathlib import Path
 
 import pytest
-from fault_rig import CUT, ask, open_url, opened, until_lost, with_script
+from fault_rig import CUT, ask, open_url, opened, until_lost
 
 import elib
 from elib.base.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
@@ -16,7 +16,7 @@ from elib.link.transport.lease import lease
 from elib.simulator.emulator.sim_transport import SimTransport
 from elib.simulator.emulator.simulation import RECONNECT_TIMEOUT, Simulation, running
 from elib.testing import simulated
-from shared import inside, now
+from shared import inside, now, with_fault
 
 URL = "sim://square?speed=max&robots=3"
 
@@ -131,7 +131,7 @@ async def test_the_last_to_leave_ends_the_world_in_whatever_order_they_leave() -
 
 @simulated
 async def test_each_robot_of_a_world_may_have_a_link_and_a_fault_script_of_its_own(tmp_path: Path) -> None:
-    faulty = with_script(tmp_path, CUT, "sim://square?robots=2&robot=2")
+    faulty = with_fault(tmp_path, CUT, "sim://square?robots=2&robot=2")
     calm = await open_url("sim://square?robots=2&robot=1&latency=0.05")
     stricken = await open_url(faulty)
     assert stricken.simulation is calm.simulation
@@ -156,7 +156,7 @@ async def test_each_robot_of_a_world_may_have_a_link_and_a_fault_script_of_its_o
 
 @simulated
 async def test_a_link_that_its_script_cuts_is_not_opened_even_if_nobody_had_lost_it(tmp_path: Path) -> None:
-    faulty = with_script(tmp_path, CUT, "sim://square?robots=2&robot=2")
+    faulty = with_fault(tmp_path, CUT, "sim://square?robots=2&robot=2")
     other = await open_url("sim://square?robots=2&robot=1")
     robot = await open_url(faulty)
     await ask(robot, b"E\r")

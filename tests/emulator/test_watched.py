@@ -18,7 +18,6 @@ from elib.link.transport import parse_url
 from lanes import short
 from shared import PATIENCE, needs_page, wait_until
 
-pytest.importorskip("aiohttp")
 pytestmark = [pytest.mark.skipif(sys.platform == "win32", reason="it looks for processes by ps"), needs_page]
 
 

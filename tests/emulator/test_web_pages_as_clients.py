@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import sys
-from pathlib import Path
 
 import pytest
+from browser import browser, needs_browser
 
 from elib.base.errors import LinkLost
 from elib.link.transport import open_transport
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings
 from shared import until
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "panel"))
-from browser import browser, needs_browser
 
 PAGE = """<!doctype html><title>cats</title><script>
 window.done = 0;

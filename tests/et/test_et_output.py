@@ -11,6 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import duckdb
 import pytest
 from et_runs import SAMPLE, complaint, result, run
 
@@ -94,8 +95,6 @@ def test_a_full_disk_is_told(place: Path) -> None:
 @pytest.mark.skipif(os.name == "nt", reason="there are no such limits")
 @pytest.mark.parametrize("name", short(["old.txt", "old.csv", "old.parquet"], "old.txt"))
 def test_a_file_that_grows_too_large_is_told_and_the_old_one_stays(name: str, place: Path) -> None:
-    if name.endswith(".parquet"):
-        pytest.importorskip("duckdb")
     (place / name).write_text("precious")
     limited = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000)); "
     found = subprocess.run(
@@ -121,7 +120,6 @@ def test_a_write_protected_file_is_not_replaced(place: Path) -> None:
 
 
 def test_results_and_plot_need_a_file_each(place: Path) -> None:
-    pytest.importorskip("matplotlib")
     assert "are both './a.png'" in complaint("Join", "-d", "a.png", "--plot", "./a.png")
 
 
@@ -182,7 +180,6 @@ def test_no_rows_are_a_valid_file_too(form: str, expected: str) -> None:
 
 
 def test_parquet_has_the_rows_and_their_types(place: Path) -> None:
-    duckdb = pytest.importorskip("duckdb")
     result("Join", "-s", "run.log", "-d", "it's.parquet")
     found = duckdb.connect().execute("SELECT * FROM read_parquet(?)", [str(place / "it's.parquet")])
     assert [(each[0], str(each[1])) for each in found.description] == [
@@ -198,7 +195,6 @@ def test_parquet_has_the_rows_and_their_types(place: Path) -> None:
 
 
 def test_rows_that_do_not_fit_parquet_leave_the_old_file_alone(place: Path) -> None:
-    pytest.importorskip("duckdb")
     (place / "old.parquet").write_text("precious")
     log = "1 Ada call Stop(..) none 0\n"
     assert "do not fit Parquet" in complaint("FromTo", "0", "0", "9", "-d", "old.parquet", log=log)
@@ -219,7 +215,6 @@ def test_what_is_not_installed_is_told_with_its_extra(
     assert [each.name for each in place.iterdir()] == ["run.log"]
 
 
-DOLLARS = "1 $x$ call $y 0 0\n2 $x$ ok $y 0 0\n"
 DRAWN = (
     ("Latency",),
     ("Join",),
@@ -247,13 +242,11 @@ DRAWN = (
     ],
 )
 def test_every_summary_can_be_drawn(arguments: tuple[str, ...], log: str, place: Path) -> None:
-    pytest.importorskip("matplotlib")
     assert result(*arguments, "--plot", "plot.svg", log=log) == result(*arguments, log=log)
     assert "<svg" in (place / "plot.svg").read_text()
 
 
 def test_names_that_no_font_has_room_for_are_drawn(place: Path) -> None:
-    pytest.importorskip("matplotlib")
     log = f"1 \x1b\x00 call {'w' * 3000} 0 0\n2 \x1b\x00 ok {'w' * 3000} 0 0\n3 a call 機 0 0\n3 a ok 機 0 0\n"
     for arguments in (("Latency",), ("Stats", "0", "--by", "1")):
         result(*arguments, "--plot", "plot.png", log=log)
@@ -261,7 +254,6 @@ def test_names_that_no_font_has_room_for_are_drawn(place: Path) -> None:
 
 
 def test_times_far_apart_are_drawn_on_a_logarithmic_axis(place: Path) -> None:
-    pytest.importorskip("matplotlib")
     log = "1 a call b 0 0\n1 a call c 0 0\n1.001 a ok b 0 0\n1.5 a ok c 0 0\n"
     result("Latency", "--plot", "plot.svg", log=log)
     assert "<!-- 200 -->" in (place / "plot.svg").read_text()
@@ -367,13 +359,6 @@ def test_a_listener_that_left_gives_no_traceback() -> None:
         found = subprocess.run([*ET, *arguments], input=b"", stdout=-1, stderr=writer, timeout=PATIENCE)
         os.close(writer)
         assert found.returncode == code
-
-
-def test_et_works_in_a_pipe() -> None:
-    found = subprocess.run(
-        [*ET, "FromCollection", "2", "call"], input=SAMPLE, capture_output=True, text=True, timeout=PATIENCE
-    )
-    assert (found.returncode, found.stderr, found.stdout.count("\n")) == (0, "", 5)
 
 
 def test_a_reader_that_closes_the_pipe_early_ends_et_quietly() -> None:

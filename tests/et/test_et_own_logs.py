@@ -64,9 +64,6 @@ def test_the_guide_shows_commands() -> None:
 def test_the_guide_shows_what_et_prints(
     command: str, output: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for word, module in (("--plot", "matplotlib"), (".parquet", "duckdb")):
-        if word in command:
-            pytest.importorskip(module)
     monkeypatch.chdir(tmp_path)
     text = GUIDE.read_text(encoding="utf-8")
     shown = re.search(r"^```text\n(# elib log .*?)^```", text, re.MULTILINE | re.DOTALL)

@@ -14,7 +14,6 @@ from elib.base.errors import ArgumentError, Unsupported
 from elib.tools.flash import Image, read_image
 from elib.tools.flash.image import BOOTLOADER_ROWS, image_of
 
-pytest.importorskip("intelhex", reason="the extra flash is not installed: pip install '.[flash]'")
 END = record(0, 1, b"")
 
 

@@ -20,7 +20,6 @@ from elib.tools.flash.image import image_of
 from lanes import short
 from shared import now
 
-pytest.importorskip("intelhex", reason="the extra flash is not installed: pip install '.[flash]'")
 E_PUCK1 = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2")
 PROGRAM = small(rows=30)
 OTHER = {**small(0x4000, rows=100), 0x17000: 0x123456}

@@ -171,15 +171,10 @@ def test_it_prints_as_much_as_it_likes_and_little_is_kept(run: Runs) -> None:
 @pytest.mark.parametrize(
     ("source", "says"),
     [
-        pytest.param("while True: pass", "computed", marks=pytest.mark.long),
         pytest.param("import re; re.match('(a+)+$', 'a' * 40 + 'b')", "computed", marks=pytest.mark.long),
-        pytest.param(
-            "import mmap\ns = []\nwhile True:\n    s.append(mmap.mmap(-1, 1 << 24)); s[-1][:] = bytes(1 << 24)",
-            "memory", marks=pytest.mark.long,
-        ),
         ("s = []\nwhile True: s.append(bytearray(10_000_000))", "memory"),
     ],
-)  # fmt: skip
+)
 def test_what_takes_too_much_is_ended_and_says_so(run: Runs, source: str, says: str) -> None:
     child = run(source, limits=Limits(cpu=2, memory=300 << 20))
     assert says in child.exceeded

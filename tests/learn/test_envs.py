@@ -9,12 +9,9 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-import pytest
-
-pytest.importorskip("gymnasium", reason="the extra learn is not installed: pip install '.[learn]'")
-
 import gymnasium
 import numpy as np
+import pytest
 from gymnasium.utils.env_checker import check_env, data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
@@ -89,7 +86,6 @@ def some_actions(count: int, width: int = 2, seed: int = 5) -> np.ndarray:
 
 @needs_page
 def test_the_environment_passes_the_checks_of_gymnasium_in_all_render_modes(registered, monkeypatch) -> None:
-    pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
     monkeypatch.setenv("ELIB_BROWSER", "no")
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -18,6 +18,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import psutil
 import pytest
 
 import elib
@@ -25,10 +26,6 @@ from elib.base.errors import ArgumentError, ElibError, LinkError, LinkLost, Link
 from elib.learn import executor as module
 from elib.learn.executor import Executor, open_executor
 from shared import PATIENCE, held_port, wait_until
-
-pytest.importorskip("dask", reason="needs the extra learn")
-pytest.importorskip("distributed", reason="needs the extra learn")
-
 
 HERE = Path(__file__).parent
 SEARCHED = os.pathsep.join(map(str, (HERE, HERE.parent)))
@@ -135,7 +132,6 @@ def test_workers_with_another_elib_are_refused(scheduler: str, monkeypatch: pyte
 
 
 def test_nobody_can_reach_the_workers(two_workers: Executor) -> None:
-    psutil = pytest.importorskip("psutil")
     results = dict(two_workers.run(square, [(k,) for k in range(20)]))
     assert ports_of([psutil.Process(process) for process in {process for _, process in results.values()}]) == []
 
@@ -155,7 +151,6 @@ def test_a_killed_worker_changes_nothing_in_the_result(two_workers: Executor) ->
 
 
 def test_a_worker_that_dies_without_a_job_is_replaced(two_workers: Executor) -> None:
-    psutil = pytest.importorskip("psutil")
     for _, (_, process) in two_workers.run(orbit, [(1, 1000)]):
         os.kill(process, signal.SIGKILL)
     wait_until(lambda: not psutil.pid_exists(process))
@@ -190,7 +185,6 @@ def test_a_job_that_kills_its_workers_ends_the_run_at_last(monkeypatch: pytest.M
 
 @pytest.mark.long
 def test_workers_end_with_their_parent(tmp_path: Path) -> None:
-    psutil = pytest.importorskip("psutil")
     program = (
         "import threading\n"
         "from elib.learn.executor import open_executor\n"

@@ -115,7 +115,6 @@ def test_inputs_lie_between_minus_1_and_1_whatever_is_read():
     "network", [Network("braitenberg", ["proximity"]), Network("recurrent", SENSORS, hidden=3)], ids=str
 )
 def test_both_engines_drive_the_same_run_to_the_last_bit(network):
-    pytest.importorskip("numba")
     ends = []
     for engine in ("interpreted", "compiled"):
         world = World(SCENE, robots=3, seed=2, engine=engine)
@@ -172,7 +171,6 @@ def test_a_law_of_a_file_keeps_to_the_sensors_and_the_top_speed_of_the_task(tmp_
 
 @pytest.mark.long
 def test_a_law_drives_both_engines_alike(tmp_path):
-    pytest.importorskip("numba")
     file = tmp_path / "my_law.py"
     file.write_text(LAW)
     law = find_controller(f"{file}:FAST", ["proximity"])

@@ -5,12 +5,9 @@ from __future__ import annotations
 import warnings
 from typing import Any
 
-import pytest
-
-pytest.importorskip("pettingzoo", reason="the extra learn is not installed: pip install '.[learn]'")
-
 import gymnasium
 import numpy as np
+import pytest
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from elib.base.errors import ArgumentError

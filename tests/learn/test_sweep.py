@@ -12,6 +12,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import duckdb
 import pytest
 
 from elib.base.errors import ArgumentError, ElibError
@@ -24,8 +25,6 @@ from elib.learn.study import Evaluation
 from elib.learn.sweep import Range, Sweep, parse_grid, parse_sample, read_program, run_sweep
 from elib.learn.sweepplot import draw_sweep
 from shared import PATIENCE, wait_until
-
-duckdb = pytest.importorskip("duckdb", reason="needs the extra learn")
 
 PROGRAM = """
 from typing import Annotated
@@ -290,7 +289,6 @@ def test_a_champion_whose_fitness_is_not_a_number_is_an_error_with_a_reason(
 
 @pytest.mark.long
 def test_a_killed_sweep_with_workers_goes_on_to_the_same_table(program: str, tmp_path: Path) -> None:
-    pytest.importorskip("distributed", reason="needs the extra learn")
     hold = tmp_path / "hold"
     hold.touch()
     Path(program).write_text(

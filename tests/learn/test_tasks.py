@@ -345,7 +345,6 @@ def test_the_way_through_the_maze_gets_longer_by_less_than_a_step_is_long() -> N
 
 @pytest.mark.parametrize("name", short(RANGES, "avoid"))
 def test_both_engines_pay_the_same_to_the_last_bit(name: str) -> None:
-    pytest.importorskip("numba")
     task, draw = TASKS[name], random.Random(name)
     both = [Episodes(task, 2, seed=3, engine="interpreted"), Episodes(task, 2, seed=3, engine="compiled")]
     for _ in range(20):

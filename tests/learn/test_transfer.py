@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import duckdb
 import numpy as np
 import pytest
 
@@ -214,8 +215,6 @@ def test_the_same_seed_gives_the_same_report_and_another_seed_other_runs(champio
 
 
 def test_the_folder_holds_a_page_a_plot_and_all_runs(champion: Made, tmp_path: Path) -> None:
-    duckdb = pytest.importorskip("duckdb", reason="the extra parquet is not installed: pip install '.[parquet]'")
-    pytest.importorskip("matplotlib", reason="the extra plot is not installed: pip install '.[plot]'")
     report = transfer(champion("FAST"), SHORT)
     page, plot, runs = write_folder(report, tmp_path, "a test")
     assert f"| {' | '.join(COLUMNS)} |" in page.read_text()
@@ -305,7 +304,6 @@ def test_times_may_be_given_in_milliseconds() -> None:
 def test_the_command_prints_a_table_and_writes_the_folder(
     champion: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("matplotlib", reason="the extra plot is not installed: pip install '.[plot]'")
     champion("FAST").save(tmp_path / "best.toml")
     monkeypatch.setattr(module, "TROUBLES", ())
     monkeypatch.setattr(command, "TransferPlan", partial(TransferPlan, engine="interpreted"))

@@ -120,7 +120,7 @@ def test_a_saved_map_opens_as_the_same_map(tmp_path: Path) -> None:
     assert (again.free == grid.free)[sure].all()
 
 
-def test_files_that_are_no_map_are_named_with_what_to_write(tmp_path: Path) -> None:
+def test_files_that_are_no_map_are_named_with_what_to_write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     picture, beside = tmp_path / "room.png", tmp_path / "room.toml"
     with pytest.raises(ArgumentError, match=r"room.png cannot be read"):
         elib.Grid.open(picture)
@@ -134,6 +134,11 @@ def test_files_that_are_no_map_are_named_with_what_to_write(tmp_path: Path) -> N
     beside.write_text("cell = 0.01\norigin = [0.0, 0.0]\n")
     with pytest.raises(ArgumentError, match="is not a picture"):
         elib.Grid.open(picture)
+    with monkeypatch.context() as patch:
+        patch.setattr(Image, "MAX_IMAGE_PIXELS", 10)  # Pillow refuses a picture of more than twice as many.
+        Image.new("L", (8, 8)).save(picture)
+        with pytest.raises(ArgumentError, match="has too many pixels"):
+            elib.Grid.open(picture)
     Image.new("RGB", (8, 8), (200, 30, 30)).save(picture)
     with pytest.raises(ArgumentError, match="has colours"):
         elib.Grid.open(picture)

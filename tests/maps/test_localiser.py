@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 import elib
+from elib.base.body import GROUND_SENSORS, LENS
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose, advanced
 from elib.behaviours.wall_following import follow
 from elib.link.protocol.distances import distances
 from elib.link.protocol.tags import Tag
 from elib.link.protocol.values import Proximity, Wheels
-from elib.maps.localiser import FARTHEST, GROUND, LENS, MIN_GUESSES
+from elib.maps.localiser import FARTHEST, MIN_GUESSES
 from elib.simulator.physics import Box, Colour, Patch, Scene, World
 from lanes import short
 
@@ -199,7 +200,7 @@ def test_the_floor_tells_two_places_apart_that_look_alike() -> None:
         localiser.update(Pose(0.01 * k, 0.0), NOTHING)
         localiser.see_floor([350] * 3)
     x, y = localiser._guesses.T[:2]
-    assert np.mean((abs(x + GROUND[1][0] - 0.3) < 0.12) & (abs(y - 0.5) < 0.12)) > 0.75
+    assert np.mean((abs(x + GROUND_SENSORS[1][0] - 0.3) < 0.12) & (abs(y - 0.5) < 0.12)) > 0.75
 
 
 def test_a_place_that_is_known_badly_says_so_and_is_not_lost() -> None:

@@ -12,9 +12,6 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 from browser import Opener, browser, needs_browser
 from page_rig import Page, fetch, opened
 from websockets.exceptions import InvalidStatus

@@ -6,9 +6,6 @@ import asyncio
 import contextlib
 
 import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 from browser import browser, needs_browser
 from guard_rig import SOCKET, Rig, guarded
 

@@ -18,9 +18,6 @@ from unittest import mock
 
 import pytest
 import pytest_asyncio
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 from guard_rig import SOCKET, Answer, Rig, guarded, parse
 from local_network import LocalLoop
 from page_rig import opened
@@ -530,6 +527,8 @@ MALFORMED = {
     "a list": f"[{steer()}]",
     "nothing to do": "{}",
     "an unknown message": '{"do":"fly"}',
+    "nothing to subscribe to": '{"do":"subscribe"}',
+    "too many frames a second": '{"do":"subscribe","what":"world","rate":1000}',
     "the base of all": '{"do":"message"}',
     "a class": '{"do":"__class__"}',
     "a list to do": '{"do":["stop"]}',

@@ -4,29 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
-import random
 import signal
 import socket
 import sys
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator
 from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from elib_process import Running, started
-from page_rig import Page, fetch, opened
+from page_rig import fetch, opened
 
-from elib.base.errors import ArgumentError
 from elib.base.extras import install
 from elib.cli import main
 from elib.panel.panel import Panel
 from elib.panel.server import http as server
-from elib.panel.server.messages import MESSAGES, decode
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings
@@ -191,105 +183,6 @@ def test_a_shared_panel_prints_its_token_once_and_lets_nobody_in_without(home: P
         assert run.end() == 0
         assert token not in run.out.rest()
         assert run.err.rest().count(token) == 1
-
-
-# -- attacks on the true program --
-
-SCRIPT = "<img src=x onerror=alert(1)><script>alert(2)</script>"
-TEXTS = ["", "0", "1", "2", SCRIPT, "../../etc/passwd", "/etc/passwd", "\0", "\x1b[2J\u202e", "é" * 40, "a" * 80]
-TEXTS += ["__class__", "set_speed 1e999 nan", "stop;stop", "replay:///etc/passwd", "sim:///etc/passwd", "con", "-"]
-NUMBERS = [0, 1, -1, 2, 8, 640, 0.5, -0.0, 1e-320, 1e308, 10**15, 2**53, 2**64, -(10**30), True, None]
-DEEP: object = [[[[{"value": {"value": [1, "2"]}}]]]]
-OBJECTS: list[object] = [
-    [],
-    ["1"],
-    ["1", "9"],
-    TEXTS[:9],
-    NUMBERS[:15],
-    DEEP,
-    {},
-    {"speed": 1e308, "__proto__": 1},
-    dict.fromkeys(("do", "robot", "x", "y", "name", "value"), SCRIPT),
-    {"do": "move_robot", "robot": "epuck-1", "x": 1e308, "y": -0.0},
-    {"do": "move_robot", "robot": 10**15, "x": DEEP, "y": None},
-    {"do": "set_faults", "robot": 0, "loss": 2, "latency": -1},
-    {"do": "cut", "robot": DEEP},
-    {"do": "state", "id": 10**400},
-    {"do": DEEP},
-]
-
-
-def garbage() -> Iterator[dict[str, object]]:
-    """Yield all messages that a page may send, with everything wrong in them that passes the first check."""
-    values: list[object] = [*TEXTS, *NUMBERS, *OBJECTS]
-    for what, kind in MESSAGES.items():
-        fields = [name for name in kind.__struct_fields__ if name != "id"]
-        tries: list[dict[str, object]] = [dict.fromkeys(fields, value) for value in values]
-        for field in fields:
-            usual = {name: USUAL.get(name, 1) for name in fields}
-            tries += [usual | {field: value} for value in values]
-        for each in tries:
-            message = {"do": what} | each
-            if not isinstance(decode(json.dumps(message))[1], ArgumentError):
-                yield message
-
-
-USUAL: dict[str, object] = {
-    "robot": "1",
-    "robots": ["1", "2"],
-    "name": "avoid",
-    "line": "version",
-    "text": "hello",
-    "url": "sim://arena",
-    "what": "robot",
-    "of": "1",
-    "rays": False,
-    "frames": [[0, 1]],
-    "mode": "GREY",
-    "options": {},
-    "arguments": [],
-    "on": True,
-    "pressed": True,
-    "pushable": True,
-    "colour": "#102030",
-}
-ATTACKERS = 4
-"""Pages at once: each may send a hundred messages a second."""
-NEVER = {"find", "pause"}
-"""One looks at all ports of this computer; in a world that stands still no robot answers."""
-
-
-async def attack(page: Page, messages: list[dict[str, object]]) -> None:
-    """Send messages as fast as a page may; each is answered."""
-    for message in messages:
-        what, values = str(message["do"]), {name: value for name, value in message.items() if name != "do"}
-        if what == "add" and len(page.robots) > 12:
-            continue
-        await page.ask(what, **values)
-        await asyncio.sleep(0.03)  # clock: the server counts messages by the second, and slower is no harm
-
-
-@pytest.mark.long
-async def test_garbage_in_every_message_breaks_nothing(home: Path) -> None:
-    messages = [message for message in garbage() if message["do"] not in NEVER]
-    kinds = {str(message["do"]) for message in messages}
-    robots = ("sim://", "sim://line")
-    random.Random(7).shuffle(messages)
-    messages = [*{message["do"]: message for message in messages}.values(), *messages][:800]
-    assert {str(message["do"]) for message in messages} == kinds
-    assert len(kinds) == len(MESSAGES) - len(NEVER)
-    with started("joystick", "--no-browser", "--port", "0", *robots, cwd=home) as run:
-        url = run.out.line()
-        async with contextlib.AsyncExitStack() as stack:
-            pages = [await stack.enter_async_context(opened(url)) for _ in range(ATTACKERS)]
-            await pages[0].connected()
-            parts = [messages[part::ATTACKERS] for part in range(ATTACKERS)]
-            await asyncio.gather(*map(attack, pages, parts))
-            assert (await asyncio.to_thread(fetch, url))[0] == 200
-        assert await asyncio.to_thread(run.end) in (0, 1)  # 1 if a robot was taken away that did not confirm its stop
-        assert await asyncio.to_thread(run.err.rest) == ""
-    for path in home.rglob("*"):  # noqa: ASYNC240
-        assert path.suffix in (".log", ".mcap", ".toml", "") or path.name == "recent-robots.json", path
 
 
 @pytest.mark.long

@@ -6,9 +6,6 @@ from collections.abc import AsyncIterator
 
 import pytest
 import pytest_asyncio
-
-pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
-
 from panel_rig import TICK, Driver, browser, firefox, needs_browser, needs_firefox, turn
 
 pytestmark = [

@@ -7,9 +7,6 @@ import struct
 from collections.abc import Iterator
 
 import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 from page_rig import opened
 
 from elib.learn.liveview import LiveView

@@ -9,9 +9,6 @@ from collections.abc import AsyncIterator
 from unittest import mock
 
 import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from local_network import LocalLoop

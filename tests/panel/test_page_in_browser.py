@@ -8,10 +8,6 @@ from pathlib import Path
 
 import pytest
 import pytest_asyncio
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
-
 from panel_rig import TICK, Driver, far, needs_browser, panel, program
 
 import elib

@@ -7,10 +7,6 @@ import gc
 import os
 from pathlib import Path
 
-import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 from guard_rig import guarded
 from local_network import LocalLoop
 from page_rig import opened

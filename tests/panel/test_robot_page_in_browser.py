@@ -5,10 +5,6 @@ from contextlib import asynccontextmanager
 
 import pytest
 import pytest_asyncio
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
-
 from panel_rig import TICK, Driver, browser, needs_browser, panel
 
 from shared import needs_page, until

@@ -158,21 +158,6 @@ async def test_a_link_that_was_cut_in_the_world_stays_cut_until_it_is_mended(slo
     assert slot.control.simulation is door.simulation
 
 
-async def test_a_robot_that_is_not_there_is_examined() -> None:
-    slot = Slot("serial:///dev/elib-nowhere")
-    assert not await slot.connect()
-    assert slot.phase is Phase.FAILED
-    assert slot.error is not None
-    assert "elib-nowhere" in slot.error.message
-    for _ in range(100):
-        await asyncio.sleep(0.1)
-        if slot.diagnosis is not None:
-            break
-    assert slot.diagnosis is not None
-    assert not slot.diagnosis.ok
-    await slot.disconnect()
-
-
 async def test_commands_of_the_table_are_checked_and_answered() -> None:
     slot = Slot(SIM)
     with pytest.raises(LinkClosed, match="not connected"):

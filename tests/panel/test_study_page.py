@@ -7,22 +7,19 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 import msgspec
 import numpy as np
+import pytest
 from browser import browser, needs_browser
 from page_rig import Page, fetch, opened
 from world_page_rig import Frame
 
-from elib.base.errors import LinkBusy
 from elib.learn.progress import Best, Progress
 from elib.learn.studypage import REST, Life, Show, study_page
 from elib.panel.panel import WORLD
 from elib.simulator.physics import Controller, Pose, Scene
 from elib.simulator.physics.task import Task
+from elib.testing import simulated
 from shared import needs_page, until
 
 pytestmark = needs_page
@@ -170,12 +167,6 @@ async def test_the_page_ends_with_its_block_although_a_browser_looks(progress) -
         await asyncio.open_connection(host, int(port))
 
 
-def test_a_port_that_is_taken_is_an_error_before_anything_begins(progress, url) -> None:
-    place = url.removeprefix("http://").rstrip("/")
-    with pytest.raises(LinkBusy), study_page(progress, place):
-        pass
-
-
 # -- what drives --
 
 
@@ -208,6 +199,7 @@ async def test_an_earlier_controller_drives_when_a_person_chooses_it(progress, u
         await until(lambda: study_of(page)["shown"] == 2)
 
 
+@simulated
 async def test_a_life_decides_every_period_and_ends_with_its_time_and_its_wheels_stand() -> None:
     task = make_task(seconds=2.0, period=0.1, robots=2)
     life = Life(task, make_controller([200.0]), 1)

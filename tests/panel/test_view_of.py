@@ -7,9 +7,6 @@ import contextlib
 from collections.abc import AsyncIterator
 
 import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 from page_rig import opened
 
 from elib.base.errors import ArgumentError, LinkBusy, SimulationError

@@ -11,12 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pytest_asyncio
-from PIL import Image
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
 from browser import Opener, Tab, needs_browser
 from panel_rig import panel, virtual_robot
+from PIL import Image
 from world_page_rig import PAINT, ROOM, Rig, simulated, watched
 
 from elib.link.protocol.tags import find
@@ -531,7 +528,6 @@ pushable = true
 
 @pytest.mark.parametrize("world", [TAGS], ids=["tags"])
 async def test_the_page_shows_the_tags_of_walls_and_boxes(tab):
-    pytest.importorskip("cv2", reason="the extra vision is not installed")
     await choose(tab, "robot:0")
     drawn = await tab.run(f"{STAGE}.drawn")
     await press(tab, "through the robot's camera")

@@ -7,11 +7,6 @@ from collections.abc import AsyncIterator
 from dataclasses import replace
 
 import pytest
-
-pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
-
-from websockets.asyncio.client import connect
-from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from world_page_rig import PAINT, ROOM, Page, Rig, opened, watched
 
 from elib.link.transport import open_transport
@@ -33,34 +28,6 @@ async def rig(tmp_path) -> AsyncIterator[Rig]:
 async def page(rig) -> AsyncIterator[Page]:
     async with opened(rig) as page:
         yield page
-
-
-async def get(rig: Rig, path: str, host: str | None = None) -> tuple[int, dict[str, str], bytes]:
-    """Ask for a file as a browser does."""
-    reader, writer = await asyncio.open_connection(*rig.host.split(":"))
-    writer.write(
-        f"GET {path} HTTP/1.1\r\nHost: {rig.host if host is None else host}\r\nConnection: close\r\n\r\n".encode()
-    )
-    async with asyncio.timeout(PATIENCE):
-        answer = await reader.read()
-    writer.close()
-    head, _, body = answer.partition(b"\r\n\r\n")
-    first, *lines = head.decode().split("\r\n")
-    headers = {name.lower(): value for name, _, value in (line.partition(": ") for line in lines)}
-    return int(first.split()[1]), headers, body
-
-
-async def test_a_page_that_calls_this_computer_by_another_name_gets_nothing(rig):
-    for host in ("example.org", "example.org:80", "", "127.0.0.1.example.org"):
-        assert (await get(rig, "/", host=host))[0] == 403, host
-
-
-async def test_a_stranger_s_page_cannot_open_the_socket(rig):
-    for origin in ("http://example.org", "null", None, "http://127.0.0.1:1"):
-        with pytest.raises(InvalidStatus) as caught:
-            async with connect(f"ws://{rig.host}/ws", origin=origin):
-                pass
-        assert caught.value.response.status_code == 403, origin
 
 
 async def test_a_page_is_told_the_scene_and_then_sees_the_robots_where_the_world_has_them(rig, page):
@@ -299,26 +266,6 @@ async def test_a_hand_turns_the_selector_and_presses_the_remote_control(rig, pag
     assert hardware.selector() == 9
     assert hardware.infrared()[1:] == (0, 5)
     assert "has no button" in (await page.ask("press_button", robot=0))["error"]["message"]
-
-
-async def test_what_no_page_says_ends_that_page_and_no_other(rig, page):
-    for text in (
-        "nonsense",
-        "[]",
-        '{"do": "subscribe", "what": "world", "rays": 1}',
-        '{"do": "subscribe", "what": "readings", "of": 1}',
-        '{"do": "subscribe", "what": "world", "rate": 1000}',
-        '{"do": "subscribe"}',
-        '{"do": "fly"}',
-        b"no number of a frame",
-        "x" * 10_000,
-    ):
-        async with opened(rig) as other:
-            await other.scene()
-            await other.socket.send(text)
-            with pytest.raises(ConnectionClosedError):
-                await other.hear("never")
-        assert (await page.frame()).poses, text[:50]
 
 
 async def test_a_page_that_draws_nothing_gets_no_more_frames_and_then_the_newest(rig, page):

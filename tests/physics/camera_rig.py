@@ -11,12 +11,14 @@ from world_rig import Room
 
 from elib.simulator.physics import Scene
 from elib.simulator.physics.engine import EngineName
-from elib.simulator.physics.optics import FAITHFUL
+from elib.simulator.physics.optics import Chip
 from elib.simulator.physics.worldreading import SHOWN
 
 Offsets = Sequence[float]
 Picture = NDArray[np.uint8]
 NOTHING = np.zeros((0, SHOWN), np.int64)
+FAITHFUL = Chip(1.0, 1.0, (0.0, 0.0, 0.0))
+"""Shows colours as they are."""
 
 
 def window(columns: int, rows: int, zoom: float) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -36,7 +36,6 @@ def compiled() -> set[object]:
 
 
 def compile_set(make: Callable[[], None]) -> None:
-    pytest.importorskip("numba")
     with one_process_at_a_time(_cache_folder() / "tests.lock"):
         make()
     shared.update(compiled())
@@ -62,7 +61,7 @@ def compiled_episodes() -> None:
 
 @pytest.fixture(params=ENGINES)
 def engine(request: pytest.FixtureRequest) -> str:
-    """Each engine; the compiled one if Numba is installed."""
+    """Each engine."""
     name: str = request.param
     return name
 
@@ -76,10 +75,9 @@ def own_kernel() -> None:
 def nothing_else_is_compiled(request: pytest.FixtureRequest) -> Iterator[None]:
     """Keep the quick tests to what is compiled once for all of them."""
     is_long = request.node.get_closest_marker("long")
-    if "callspec" in vars(request.node) and request.node.callspec.params.get("engine") == "compiled":
-        pytest.importorskip("numba")
-        if not is_long:
-            request.getfixturevalue("compiled_worlds")
+    parameters = request.node.callspec.params if "callspec" in vars(request.node) else {}
+    if parameters.get("engine") == "compiled" and not is_long:
+        request.getfixturevalue("compiled_worlds")
     before = compiled()
     yield
     if not is_long and "own_kernel" not in request.fixturenames:

@@ -9,12 +9,12 @@ import pytest
 from camera_rig import NOTHING, Cameras, showing, window
 from world_rig import IDEAL
 
-from elib.base.body import FOCAL, camera_view
+from elib.base.body import FOCAL, LENS, camera_view
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import Box, Colour, Cylinder, EpuckModel, Pose, Scene, Wall, World
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Stripe
 from elib.simulator.physics.geometry import WALL_HEIGHT
-from elib.simulator.physics.optics import ABOVE, FORWARD, LENSES
+from elib.simulator.physics.optics import ABOVE, LENSES
 from lanes import short
 
 RED, BLUE, WHITE = Colour(255, 0, 0), Colour(0, 0, 255), Colour(255, 255, 255)
@@ -63,7 +63,7 @@ def crowd(seed, robots=8, walls=12, size=1.5):
 
 def test_the_whole_chip_sees_47_degrees_as_measured_and_webots_48_in_52_columns_of_8():
     assert math.degrees(camera_view(640, 1)) == pytest.approx(47)
-    assert 2 * math.atan(52 * 8 / 2 / LENSES["webots"].focal) == pytest.approx(0.84)
+    assert 2 * math.atan(52 * 8 / 2 / LENSES["webots"]) == pytest.approx(0.84)
 
 
 @pytest.mark.parametrize(
@@ -80,16 +80,16 @@ def test_a_windows_field_of_view_is_as_measured_to_a_pixel(columns, zoom, degree
 
 
 def test_another_lens_sees_as_much_more_as_it_says():
-    post = Cylinder(1.5 + FORWARD, 1, 0.05, colour=RED)
+    post = Cylinder(1.5 + LENS, 1, 0.05, colour=RED)
     wide = Cameras(scene(post), lens="webots").picture(*CHIP)
     narrow = Cameras(scene(post)).picture(*CHIP)
     widths = [np.ptp(np.nonzero(red(picture))[1]) + 1 for picture in (wide, narrow)]
-    assert widths[0] / widths[1] == pytest.approx(LENSES["webots"].focal / FOCAL, abs=0.02)
+    assert widths[0] / widths[1] == pytest.approx(LENSES["webots"] / FOCAL, abs=0.02)
 
 
 @pytest.mark.parametrize(("depth", "aside"), [(0.5, 0.0), (0.2, 0.04), (1.0, -0.3)])
 def test_a_box_has_its_edges_where_the_pinhole_says(depth, aside):
-    box = Box(1 + FORWARD + depth + 0.05, 1 - aside, 0.1, 0.08, height=0.08, colour=RED)
+    box = Box(1 + LENS + depth + 0.05, 1 - aside, 0.1, 0.08, height=0.08, colour=RED)
     rows, columns = np.nonzero(red(seen(box)))
     # The front face: of a box beside the axis a side may be seen, too, but only towards the axis.
     near_edge = aside + math.copysign(0.04, aside)
@@ -108,13 +108,13 @@ def test_left_is_left_whatever_the_heading(heading):
     x = 2 + ahead * math.cos(heading) - left * math.sin(heading)
     y = 2 + ahead * math.sin(heading) + left * math.cos(heading)
     mask = red(seen(Cylinder(x, y, 0.03, colour=RED), pose=Pose(2, 2, heading)))
-    middle = 319.5 - FOCAL * left / (ahead - FORWARD)
+    middle = 319.5 - FOCAL * left / (ahead - LENS)
     assert np.nonzero(mask)[1].mean() == pytest.approx(middle, abs=2)
 
 
 def test_a_cylinder_is_as_wide_as_its_tangents():
     depth, radius = 0.3, 0.04
-    columns = np.nonzero(red(seen(Cylinder(1 + FORWARD + depth, 1, radius, colour=RED))))[1]
+    columns = np.nonzero(red(seen(Cylinder(1 + LENS + depth, 1, radius, colour=RED))))[1]
     half = FOCAL * radius / math.sqrt(depth * depth - radius * radius)
     assert columns.max() == pytest.approx(319.5 + half, abs=1)
     assert columns.min() == pytest.approx(319.5 - half, abs=1)
@@ -143,14 +143,14 @@ def test_between_low_things_the_floor_is_seen_and_behind_them_the_wall():
     column = red(seen(*kerbs))[:, 320]
     edges = np.nonzero(np.diff(column.astype(int)))[0]
     assert len(edges) == 8  # Four kerbs, each with floor below and above.
-    depths = [0.2 + 0.1 * k - FORWARD for k in range(4)]
+    depths = [0.2 + 0.1 * k - LENS for k in range(4)]
     assert sorted(edges[1::2], reverse=True) == pytest.approx([239.5 + FOCAL * ABOVE / d for d in depths], abs=1)
 
 
 def test_of_very_many_low_things_the_nearest_are_seen():
     kerbs = [Wall(1.2 + 0.05 * k, 0.5, 1.2 + 0.05 * k, 1.5, 0.002, RED) for k in range(40)]
     both, few = red(seen(*kerbs)), red(seen(*kerbs[:4]))
-    foot = int(239.5 + FOCAL * ABOVE / (0.375 - FORWARD))  # Between the fourth and the fifth.
+    foot = int(239.5 + FOCAL * ABOVE / (0.375 - LENS))  # Between the fourth and the fifth.
     assert (both[foot:] == few[foot:]).all()
     assert few[foot:].any()
 
@@ -170,14 +170,14 @@ def test_another_robot_is_seen_and_the_robot_itself_is_not():
 def test_the_ring_of_another_robot_lies_around_41_mm():
     picture = seen(Pose(1.3, 1)).astype(int)[:, 320]
     green = np.nonzero((picture[:, 1] > picture[:, 0] + 25) & (picture[:, 1] > picture[:, 2] + 25))[0]
-    depth = 0.3 - 0.037 - FORWARD
+    depth = 0.3 - 0.037 - LENS
     assert green.min() == pytest.approx(239.5 - FOCAL * (0.046 - ABOVE) / depth, abs=1)
     assert green.max() == pytest.approx(239.5 - FOCAL * (0.036 - ABOVE) / depth, abs=1)
 
 
 def test_the_floor_is_below_the_horizon_and_the_wall_stands_on_it():
     middle = seen(pose=Pose(2, 2)).astype(int)[:, 320]
-    depth = 2 - FORWARD
+    depth = 2 - LENS
     top, foot = 239.5 - FOCAL * (WALL_HEIGHT - ABOVE) / depth, 239.5 + FOCAL * ABOVE / depth
     edges = np.nonzero(np.abs(np.diff(middle.sum(axis=1))) > 20)[0]  # Sky to wall, wall to floor.
     assert edges == pytest.approx([top, foot], abs=1)
@@ -192,7 +192,7 @@ def test_walls_that_meet_in_a_corner_look_different():
 def test_a_stripe_on_the_floor_is_where_geometry_says():
     across = Stripe(((1.3, 0.5), (1.3, 1.5)), 0.04, RED)
     rows = np.nonzero(red(seen(paint=(across,), size=2.0))[:, 320])[0]
-    near, far = 0.28 - FORWARD, 0.32 - FORWARD
+    near, far = 0.28 - LENS, 0.32 - LENS
     assert rows.max() == pytest.approx(239.5 + FOCAL * ABOVE / near, abs=2)
     assert rows.min() == pytest.approx(239.5 + FOCAL * ABOVE / far, abs=2)
     along = Stripe(((1.0, 0.95), (2.0, 0.95)), 0.02, RED)  # 5 cm to the right: it runs to the vanishing point.
@@ -207,11 +207,11 @@ def test_paint_is_hidden_by_what_stands_on_it_and_seen_before_and_behind_low_thi
     paint = (Patch(0, 0, 2, 2, RED),)
     kerb = Wall(1.3, 0.5, 1.3, 1.5, 0.01, BLUE)
     column = red(seen(kerb, paint=paint, size=2.0))[:, 320]
-    depth = 0.3 - FORWARD
+    depth = 0.3 - LENS
     foot, top = 239.5 + FOCAL * ABOVE / depth, 239.5 + FOCAL * (ABOVE - 0.01) / depth
     assert column[math.ceil(foot) + 1 :].all()
     assert not column[math.ceil(top) + 1 : math.floor(foot) - 1].any()
-    assert column[math.ceil(239.5 + FOCAL * ABOVE / (1 - FORWARD)) + 1 : math.floor(top) - 1].all()  # From the wall on.
+    assert column[math.ceil(239.5 + FOCAL * ABOVE / (1 - LENS)) + 1 : math.floor(top) - 1].all()  # From the wall on.
     assert not column[:200].any()
 
 
@@ -229,7 +229,7 @@ def traced(room, robot, right, up):
     """Return a picture found the slow way: every ray against every surface."""
     pose = room.starts[robot]
     cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
-    eye = pose.x + FORWARD * cosine, pose.y + FORWARD * sine
+    eye = pose.x + LENS * cosine, pose.y + LENS * sine
     picture = np.zeros((len(up), len(right), 3))
     for c, across in enumerate(right):
         ray = cosine + across / FOCAL * sine, sine - across / FOCAL * cosine
@@ -295,7 +295,7 @@ def test_a_robot_pressed_against_a_wall_or_its_neighbour_sees_only_that(heading)
 
 
 def test_a_lens_within_a_thing_sees_beyond_it():
-    inside = seen(Cylinder(1 + FORWARD, 1, 0.05, colour=RED), Box(1.5, 1, 0.1, 0.1, colour=BLUE))
+    inside = seen(Cylinder(1 + LENS, 1, 0.05, colour=RED), Box(1.5, 1, 0.1, 0.1, colour=BLUE))
     assert not red(inside).any()
     assert inside[240, 320, 2] > 150
 

@@ -7,10 +7,10 @@ import pytest
 from camera_rig import NOTHING, Cameras, showing, window
 from world_rig import IDEAL
 
-from elib.base.body import FOCAL
+from elib.base.body import FOCAL, LENS
 from elib.simulator.physics import Box, Colour, Cylinder, Pose, Scene
 from elib.simulator.physics.fittings import Light
-from elib.simulator.physics.optics import ABOVE, FORWARD
+from elib.simulator.physics.optics import ABOVE
 from elib.simulator.physics.sensors.brightness import LampArrays, decay, exposure, lamp_light, led_light, room_light
 
 CHIP = window(640, 480, 1)
@@ -61,7 +61,7 @@ def test_a_ring_led_is_seen_from_where_it_sits_and_not_from_behind(led):
         assert spot.any() == is_seen
         if is_seen:
             rows, columns = np.nonzero(spot)
-            ahead = 0.2 - 0.037 * math.cos(turned) - FORWARD
+            ahead = 0.2 - 0.037 * math.cos(turned) - LENS
             aside = 0.037 * math.sin(turned)  # Turned to its left, what faced us moves to our right.
             assert columns.mean() == pytest.approx(319.5 + FOCAL * aside / ahead, abs=8)
             assert rows.mean() == pytest.approx(239.5 - FOCAL * (0.041 - ABOVE) / ahead, abs=3)
@@ -92,7 +92,7 @@ def test_a_lit_body_glows_green():
 def test_the_front_led_of_another_robot_shines_on_its_right():
     lit = seen(lamps=showing(2, {1: {9: 1}})).astype(int)
     rows, columns = np.nonzero((lit[:, :, 0] > 230) & (lit[:, :, 2] < 100))
-    ahead = 0.2 - 0.037 * 0.9275 - FORWARD
+    ahead = 0.2 - 0.037 * 0.9275 - LENS
     assert columns.mean() == pytest.approx(319.5 - FOCAL * 0.037 * 0.3739 / ahead, abs=3)
     assert rows.mean() == pytest.approx(239.5 - FOCAL * (0.0285 - ABOVE) / ahead, abs=3)
 
@@ -151,7 +151,7 @@ def test_a_lamp_is_a_bright_spot_at_its_height_unless_something_hides_it():
         return np.nonzero((picture == (255, 252, 236)).all(axis=2))
 
     rows, columns = spot()
-    depth = 0.4 - FORWARD
+    depth = 0.4 - LENS
     assert columns.mean() == pytest.approx(319.5 + FOCAL * 0.05 / depth, abs=1)
     assert rows.mean() == pytest.approx(239.5 - FOCAL * (0.06 - ABOVE) / depth, abs=1)
     assert np.ptp(rows) + 1 == pytest.approx(FOCAL * 0.02 / depth, abs=2)
@@ -171,7 +171,7 @@ def test_a_lamp_lights_what_is_near_it():
     posts = tuple(Cylinder(0.8, y, 0.02, colour=Colour(120, 120, 120)) for y in (0.42, 0.58))
     lamp = Light(0.78, 0.35, 0.05, 0.3)
     picture = seen(starts=PAIR[:1], cylinders=posts, lights=(lamp,), ambient=4095.0).astype(int)
-    aside = FOCAL * 0.08 / (0.3 - 0.02 - FORWARD)
+    aside = FOCAL * 0.08 / (0.3 - 0.02 - LENS)
     near, far = picture[240, round(319.5 + aside)], picture[240, round(319.5 - aside)]
     assert near.sum() > far.sum() + 30
     floor = picture[330]

@@ -15,8 +15,6 @@ import pytest
 from elib.simulator.physics import engine
 from shared import PATIENCE
 
-pytest.importorskip("numba")
-
 PROGRAM = '''
 import enum, math, shutil, sys
 from collections import namedtuple

@@ -75,7 +75,6 @@ def test_every_robot_gets_its_own_parameters_and_its_memory_on_both_engines(shap
 @pytest.mark.long
 def test_every_robot_gets_all_sensors_on_both_engines_and_in_two_threads():
     parameters = np.linspace(0.1, 4.0, 2 * ROBOTS).reshape(ROBOTS, 2)
-    pytest.importorskip("numba")
     worlds = [world_of(), world_of("compiled"), world_of("compiled", threads=2)]
     for world in worlds:
         world.run(60, controller(parameters))
@@ -354,7 +353,6 @@ def test_all_robots_are_read_alike_in_two_threads_in_worlds_side_by_side_and_in_
 
 @pytest.mark.long
 def test_worlds_with_threads_run_side_by_side_and_in_a_forked_process():
-    pytest.importorskip("numba")
     reference = world_of()
     reference.run(100, controller())
     worlds = [world_of("compiled", threads=2) for _ in range(3)]

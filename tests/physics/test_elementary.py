@@ -54,7 +54,6 @@ def test_the_arc_cosine_of_rounding_errors_beyond_one_is_that_of_one():
 
 @pytest.mark.usefixtures("own_kernel")
 def test_compiled_they_agree_to_the_last_bit():
-    pytest.importorskip("numba")
     ready = engine_named("compiled").ready
     powers = [k / 3 for k in range(-2200, 2200)]
     assert [ready(exponential)(x) for x in powers] == [exponential(x) for x in powers]

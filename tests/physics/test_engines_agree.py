@@ -12,7 +12,6 @@ BLOCK = 10
 @pytest.mark.long
 @pytest.mark.parametrize("first", range(0, 20, BLOCK))
 def test_interpreted_and_compiled_agree_in_random_worlds_with_one_thread_and_with_two(first):
-    pytest.importorskip("numba")
     found = []
     for scene, robots in random_worlds(BLOCK, first=first):
         found += engines_disagree(scene, robots)
@@ -22,7 +21,6 @@ def test_interpreted_and_compiled_agree_in_random_worlds_with_one_thread_and_wit
 @pytest.mark.long
 @pytest.mark.parametrize("first", range(0, 120, 60))
 def test_interpreted_and_compiled_agree_in_random_worlds_with_states(first):
-    pytest.importorskip("numba")
     found = []
     for scene, robots in random_states(30, first=first):
         found += engines_disagree(scene, robots, ticks=120, threads=(1,))

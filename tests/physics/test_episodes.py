@@ -85,7 +85,6 @@ def test_both_engines_and_any_number_of_threads_step_the_same_episodes_to_the_la
 
 @pytest.mark.long
 def test_both_engines_and_any_number_of_threads_play_the_same_episodes_to_the_last_bit(monkeypatch):
-    pytest.importorskip("numba")
     monkeypatch.setattr("elib.simulator.physics.episodes.SMALL", 0)
     about = task(FULL, BARE, robots=3, randomisation=DRAWN, sensors=("proximity", "ambient_light"))
     told = stepped(about, "interpreted", count=4, seeds=SEEDS, steps=24), played(about, "interpreted")

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 import os
+import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -112,6 +115,15 @@ def test_the_file_of_a_picture_is_asked_for_once_a_world_however_many_pictures_r
         counts.append(asked.count(tmp_path / "quarters.png"))
     assert counts[0] > 0
     assert counts == counts[:1] * 3
+
+
+def test_a_world_with_pictures_shows_them_in_another_process_too(tmp_path: Path) -> None:
+    file = tmp_path / "world.toml"
+    file.write_text(ROOM.format(heading=0.0) + BOX.format(quarters(tmp_path)))
+    world = World(Scene.load(file))
+    look = "import pickle, sys; print(pickle.load(sys.stdin.buffer).picture(0, (-8.0, 8.0), (8.0, 0.0)).tolist())"
+    again = subprocess.run([sys.executable, "-c", look], input=pickle.dumps(world), capture_output=True, check=True)
+    assert again.stdout.decode() == f"{world.picture(0, (-8.0, 8.0), (8.0, 0.0)).tolist()}\n"
 
 
 def test_a_world_with_pictures_is_saved_and_opens_as_it_was(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from world_rig import IDEAL, room_of
+from world_rig import room_of
 
 from elib.base.body import SENSOR_DIRECTIONS
 from elib.base.infrared import ROOM_READING
@@ -271,20 +271,3 @@ def test_the_noise_is_two_counts_as_a_difference_of_two_has_three():
     assert statistics.stdev(samples) == pytest.approx(3 / math.sqrt(2), rel=0.05)
     assert samples[:8] == readings(scene)
     assert AMBIENT == 32  # A channel that moved would change every recorded run.
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("robot", [0, 1])
-def test_compiled_the_readings_are_the_same(robot):
-    scene = Scene(
-        4,
-        4,
-        walls=(Wall(1.4, 0.8, 1.6, 1.5, height=0.06), Wall(2.5, 1.2, 2.9, 1.1)),
-        boxes=(Box(1.1, 1.3, 0.1, 0.05, 0.4, height=0.05, is_pushable=True),),
-        cylinders=(Cylinder(0.8, 0.9, 0.03, height=0.04),),
-        starts=(Pose(1, 1, 0.7), Pose(1.2, 1.05, -2.1)),
-        lights=tuple(Light(0.3 * k, 2.2 - 0.25 * k, 0.03 + 0.05 * k, 0.5 + k) for k in range(8)),
-        model=IDEAL,
-    )
-    for tick in range(5):
-        assert readings(scene, "compiled", robot, tick, 7) == readings(scene, "interpreted", robot, tick, 7)

@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from elib.simulator.physics import EpuckModel, Pose, Scene, World
 from elib.simulator.physics.noise import MASK, bits, gauss, mix, robot_key, tick_key, uniform
 
 
@@ -55,31 +54,3 @@ def test_even_numbers_fill_the_interval():
     assert all(0 <= value < 1 for value in values)
     for k in range(10):
         assert sum(k / 10 <= value < (k + 1) / 10 for value in values) == pytest.approx(400, abs=80)
-
-
-def crowd(robots, seed=5):
-    # The first robot's surroundings are the same in any crowd: it sits in a corner far from the rest.
-    starts = (Pose(0.06, 0.06, 0.3), Pose(1.5, 1.5), Pose(1.5, 1.2), Pose(1.2, 1.5))
-    return World(
-        Scene(2, 2, starts=starts, model=EpuckModel(gain_spread=0.05, quality="ideal")), robots=robots, seed=seed
-    )
-
-
-def test_a_reading_depends_neither_on_order_nor_on_other_reads_nor_on_other_robots():
-    alone, together = crowd(1), crowd(4)
-    alone.run(7)
-    for _ in range(7):
-        for robot in (3, 1, 0, 2):
-            together.proximity(robot)
-            together.ambient_light(robot)
-        together.step()
-    together.proximity(2)
-    assert together.proximity(0) == alone.proximity(0) == alone.proximity(0)
-
-
-def test_a_reading_depends_on_the_seed_and_on_the_tick():
-    world, other = crowd(1), crowd(1, seed=6)
-    first = world.proximity(0)
-    assert first != other.proximity(0)
-    world.step()
-    assert first != world.proximity(0)

@@ -231,7 +231,6 @@ def test_another_seed_gives_other_noise_and_a_reset_the_same_again() -> None:
 
 @pytest.mark.long
 def test_compiled_the_same_is_heard() -> None:
-    pytest.importorskip("numba")
     plain, compiled = crowd(), crowd(engine="compiled")
     for _ in range(10):
         plain.run(13)

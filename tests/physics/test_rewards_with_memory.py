@@ -122,7 +122,6 @@ def test_nothing_is_remembered_from_another_episode(engine):
 
 @pytest.mark.long
 def test_a_thousand_episodes_in_any_order_and_number_of_threads_earn_what_each_earns_alone(monkeypatch):
-    pytest.importorskip("numba")
     monkeypatch.setattr("elib.simulator.physics.episodes.SMALL", 0)
     about = covering(FULL, BARE, robots=2, seconds=0.5)
     law = Controller(lambda robot, parameters, memory: wander(robot, parameters, memory), [0.0, 0.0], memory=1)
@@ -220,7 +219,6 @@ def test_an_observation_needs_channels():
 
 @pytest.mark.usefixtures("compiled_episodes")
 def test_what_cannot_be_compiled_says_how_to_remember():
-    pytest.importorskip("numba")
     about = covering(reward=lambda world, i, memory: float(len({i: 1})))
     with pytest.raises(SimulationError, match="what lasts is declared: Task"):
         Episodes(about).step(np.zeros((1, 1, 2)))

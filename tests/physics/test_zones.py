@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import pytest
-from random_worlds import engines_disagree, random_states
 from world_rig import IDEAL
 
 from elib.base.errors import ArgumentError, SimulationError
@@ -312,21 +311,6 @@ def test_a_mistake_in_a_file_is_named_with_its_line(text, said):
         parse(content, "x.toml")
 
 
-def test_both_engines_agree_in_twenty_random_worlds_with_states(compiled_worlds):
-    for scene, robots in random_states(20):
-        worlds = [World(scene, robots=robots, engine=engine) for engine in ("interpreted", "compiled")]
-        for world in worlds:
-            driven(scene, 40 * scene.step, 0.12, world=world)
-        assert worlds[0].hash() == worlds[1].hash(), scene.name
-
-
-@pytest.mark.long
-def test_sensors_agree_too_in_random_worlds_with_states():
-    pytest.importorskip("numba")
-    for scene, robots in random_states(10, first=1000):
-        assert not engines_disagree(scene, robots, threads=(1,))
-
-
 def test_the_battery_of_a_virtual_robot_follows_its_energy():
     world = World(replace(ROOM, energy=Energy(0.1)))
     hardware = SimulatedHardware(world)
@@ -343,7 +327,6 @@ def earned(world, i):
 
 @pytest.mark.long
 def test_episodes_leave_nothing_of_their_states_to_the_next_on_either_engine():
-    pytest.importorskip("numba")
     scene = replace(
         ROOM,
         zones=(replace(PLATE, score=2, stays=True), Zone("field", 0.7, 0.3, 0.1)),

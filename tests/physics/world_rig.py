@@ -164,8 +164,6 @@ class Room:
     """A scene laid out with its robots where they start, whether or not they are free there, and its sensors."""
 
     def __init__(self, scene, seed=0, engine="interpreted"):
-        if engine == "compiled":
-            pytest.importorskip("numba")
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(assembly, "MIN_CELL", 0.5)  # Laid out in a moment; other tests have the usual cells.
             self.state = State(scene, scene.starts, seed, engine_named(engine), floor_of(scene))

@@ -9,17 +9,14 @@ from pathlib import Path
 import pytest
 
 import elib
+from elib.base.body import LENS
 from elib.base.tags import FACES, FAMILIES, cells, face_cells
 from elib.link.protocol import tags
 from elib.simulator.physics import Box, Wall
-from elib.simulator.physics.optics import FORWARD
 from elib.simulator.worlds.files import parse_file
 from elib.simulator.worlds.writer import written_scene
 from elib.testing import world_of
 
-needs_opencv = pytest.mark.skipif(
-    pytest.importorskip("importlib.util").find_spec("cv2") is None, reason="OpenCV is not installed"
-)
 WORLD = """
 [arena]
 size = [2.0, 2.0]
@@ -46,11 +43,10 @@ def place(robot: elib.BlockingEpuck, distance: float, bearing: float = 0.0, asla
     """Put a robot where its lens is so far from the middle of the wall, and sees it at a bearing."""
     heading = aslant - bearing
     x, y = 1.0 - distance * math.cos(aslant), 1.0 - distance * math.sin(aslant)
-    pose = elib.Pose(x - FORWARD * math.cos(heading), y - FORWARD * math.sin(heading), heading)
+    pose = elib.Pose(x - LENS * math.cos(heading), y - LENS * math.sin(heading), heading)
     world_of(robot).move_robot(0, pose)
 
 
-@needs_opencv
 @pytest.mark.parametrize(("face", "family", "black"), [("tag:7", "16h5", 0.06), ("tag36h11:42", "36h11", 0.064)])
 def test_a_tag_of_a_wall_is_read_where_it_is(face: str, family: str, black: float, tmp_path: Path) -> None:
     with elib.connect(looking(tmp_path, face)) as robot:
@@ -64,14 +60,12 @@ def test_a_tag_of_a_wall_is_read_where_it_is(face: str, family: str, black: floa
             assert robot.tags(black, family="36h11" if family == "16h5" else "16h5") == []
 
 
-@needs_opencv
 def test_a_small_picture_of_an_e_puck1_shows_tags_too(tmp_path: Path) -> None:
     with elib.connect(looking(tmp_path, "tag:29", firmware="asercom-1.2.2")) as robot:
         place(robot, 0.4, 0.05)
         assert [tag.number for tag in robot.image().tags(0.06)] == [29]
 
 
-@needs_opencv
 def test_both_sides_of_a_wall_and_all_sides_of_a_box_show_their_tag_the_right_way_round(tmp_path: Path) -> None:
     with elib.connect(looking(tmp_path, "tag:3")) as robot:
         world_of(robot).move_robot(0, elib.Pose(1.4, 1.0, math.pi))
@@ -84,7 +78,6 @@ def test_both_sides_of_a_wall_and_all_sides_of_a_box_show_their_tag_the_right_wa
             assert [tag.number for tag in robot.tags(0.06) if tag.distance < 0.4] == [4]
 
 
-@needs_opencv
 def test_the_nearest_tag_comes_first_and_a_wrong_family_or_size_is_refused(tmp_path: Path) -> None:
     with elib.connect(looking(tmp_path, "tag:1")) as robot:
         place(robot, 0.45)
@@ -101,7 +94,6 @@ def test_the_nearest_tag_comes_first_and_a_wrong_family_or_size_is_refused(tmp_p
             robot.image().tags(60)
 
 
-@needs_opencv
 def test_the_cells_are_those_of_opencv() -> None:
     import cv2
 

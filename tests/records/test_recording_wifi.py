@@ -10,8 +10,6 @@ from elib.records.reader import read_recording
 from elib.records.state import state_at
 from elib.simulator.emulator.sim_transport import SimTransport
 
-pytest.importorskip("mcap")
-
 SIM = "sim://arena?firmware=epuck2-wifi&speed=max&quality=ideal"
 
 

@@ -30,6 +30,7 @@ from elib.simulator.physics import World
 from elib.testing import simulation_of, world_of
 from elib.testing.inside import transport_of
 from lanes import short
+from shared import with_fault
 
 T = TypeVar("T")
 SIM = "sim://arena?speed=max&seed=3"
@@ -163,9 +164,7 @@ def test_link_faults_are_replayed_too(path: Path, faults: str) -> None:
 
 
 def cut(folder: Path) -> str:
-    script = folder / "cut.toml"
-    script.write_text('description = "gone"\n[[fault]]\nkind = "cut"\nfrom = 3\nuntil = 5\n')
-    return f"{SIM}&fault={script}"
+    return with_fault(folder, 'kind = "cut"\nfrom = 3\nuntil = 5\n', SIM)
 
 
 def test_a_link_that_was_lost_is_lost_and_comes_back_when_it_came_back(tmp_path: Path, path: Path) -> None:

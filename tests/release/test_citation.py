@@ -4,11 +4,11 @@ import tomllib
 from pathlib import Path
 
 import pytest
+import yaml
 
 import elib
 
 ROOT = Path(__file__).parents[2]
-yaml = pytest.importorskip("yaml")
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,6 @@ from types import ModuleType
 
 import pytest
 
-pytest.importorskip("hatchling", reason="the build tool is not installed: make setup")
 ROOT = Path(__file__).parents[2]
 posix = pytest.mark.skipif(os.name == "nt", reason="its npm is a script of a shell")
 

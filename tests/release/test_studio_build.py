@@ -10,7 +10,6 @@ import pytest
 
 from shared import PATIENCE
 
-pytest.importorskip("hatchling", reason="the build tool is not installed: make setup")
 pytestmark = pytest.mark.long
 ROOT = Path(__file__).parents[2]
 NOT_BUILT = 3

@@ -13,7 +13,6 @@ import elib
 from elib.base.files import PAGE
 from shared import needs_page
 
-pytest.importorskip("hatchling", reason="the build tool is not installed: make setup")
 ROOT = Path(__file__).parents[2]
 
 

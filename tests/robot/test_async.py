@@ -213,10 +213,9 @@ async def test_statistics_count_the_calls_that_wait_for_their_turn_and_for_their
 @pytest.mark.parametrize(
     ("sim", "name", "code"),
     [
-        pytest.param("sim://square?baud=0", "SIGINT", 130, marks=pytest.mark.long),
+        ("sim://square?baud=0", "SIGINT", 130),
         ("sim://square?speed=max", "SIGHUP", 129),
-        pytest.param("sim://square?baud=0", "SIGTERM", 143, marks=pytest.mark.long),
-        pytest.param("sim://square?speed=max", "SIGINT", 130, marks=pytest.mark.long),
+        ("sim://square?baud=0", "SIGTERM", 143),
     ],
 )
 def test_a_signal_stops_the_robot_of_an_async_program(sim: str, name: str, code: int) -> None:

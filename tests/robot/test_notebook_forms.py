@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
-
 import elib
 from elib.base.plaintext import Html, html_bar, html_table
 
@@ -43,7 +41,6 @@ def test_a_world_and_its_snapshot_are_pictures() -> None:
 
 
 def test_a_recording_says_what_it_holds(tmp_path: Path) -> None:
-    pytest.importorskip("mcap")
     with elib.connect(FAST, name="<b>robot</b>") as robot:
         robot.record(tmp_path / "run.mcap")
         robot.proximity()

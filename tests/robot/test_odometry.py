@@ -22,6 +22,7 @@ from elib.robot.reckoning import MAX_CHANGES, UNKNOWN, Change, Moment, Pair, Rec
 from elib.robot.runner import run_on
 from elib.testing import link_of, simulation_of, with_faults, world_of
 from lanes import few_and_many, short
+from shared import with_fault
 
 FIELD = "[arena]\nsize = [40.0, 40.0]\n[[robot]]\nposition = [20.0, 20.0]\nheading = 0\n"
 FLAKY = "flaky-bluetooth"
@@ -143,9 +144,8 @@ def test_a_watch_without_the_counters_leaves_none_of_a_long_way_out(field: str, 
 def test_a_restart_that_nobody_noticed_makes_the_pose_uncertain_and_says_so(
     field: str, firmware: str, tmp_path: Path
 ) -> None:
-    script = tmp_path / "reset.toml"
-    script.write_text('description = "a reset"\n[[fault]]\nkind = "reset"\nat = 3\n')
-    with elib.connect(with_faults(script, f"{field}&firmware={firmware}")) as robot:
+    reset = 'kind = "reset"\nat = 3\n'
+    with elib.connect(with_fault(tmp_path, reset, f"{field}&firmware={firmware}")) as robot:
         robot.set_speed(0.5, 0.4)
         robot.sleep(10)
         pose = robot.pose()
@@ -166,9 +166,8 @@ def test_a_restart_on_the_way_is_never_hidden_by_a_small_uncertainty(
     wrong = []
     for seed in range(4, 4 + examples):
         rng = random.Random(seed)
-        script = tmp_path / f"{seed}.toml"
-        script.write_text(f'description = "a reset"\n[[fault]]\nkind = "reset"\nat = {rng.uniform(1, 6)}\n')
-        with elib.connect(with_faults(script, f"{field}&firmware={firmware}&seed={seed}")) as robot:
+        reset = f'kind = "reset"\nat = {rng.uniform(1, 6)}\n'
+        with elib.connect(with_fault(tmp_path, reset, f"{field}&firmware={firmware}&seed={seed}")) as robot:
             try:
                 for _ in range(6):
                     confirmed(robot, rng.uniform(-0.6, 0.6), rng.uniform(-0.6, 0.6))

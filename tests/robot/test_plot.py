@@ -20,8 +20,6 @@ from elib.base.pose import apart
 from elib.robot.runner import run_on
 from elib.studies.drive import RobotReport
 
-pytest.importorskip("matplotlib")
-
 FAST = "sim://square?speed=max"
 
 

@@ -19,7 +19,7 @@ from elib.robot.blocking import BlockingEpuck
 from elib.robot.runner import run_on
 from elib.testing import link_of, simulation_of, with_faults
 from lanes import each_once, short
-from shared import inside
+from shared import inside, with_fault
 
 FIELD = "sim://arena?speed=max&quality=ideal"
 BLUETOOTH = "&latency=0.03&jitter=0.015"
@@ -449,11 +449,10 @@ def blocking_stands(robot: BlockingEpuck) -> bool:
 
 @pytest.mark.parametrize(("firmware", "moment"), each_once(["btcom-1.1.3", "asercom-1.2.2", "epuck2"], [0.5, 1.0, 1.5]))
 def test_a_robot_that_restarts_in_the_middle_of_a_turn_turns_on(firmware: str, moment: float, tmp_path: Path) -> None:
-    script = tmp_path / "reset.toml"
-    script.write_text(f'description = "a reset"\n[[fault]]\nkind = "reset"\nat = {moment}\n')
+    reset = f'kind = "reset"\nat = {moment}\n'
 
     async def main() -> None:
-        async with elib.reconnecting(with_faults(script, f"{FIELD}&firmware={firmware}&latency=0.03")) as robot:
+        async with elib.reconnecting(with_fault(tmp_path, reset, f"{FIELD}&firmware={firmware}&latency=0.03")) as robot:
             before = standing(robot)
             await robot.turn(math.pi)
             assert robot.time < 25
@@ -504,11 +503,8 @@ async def test_a_stop_that_was_never_sent_ends_no_motion(robot: Epuck) -> None:
 
 
 def test_a_motion_that_ends_in_a_gap_does_not_go_on_after_it(tmp_path: Path) -> None:
-    script = tmp_path / "cut.toml"
-    script.write_text('description = "a cut"\n[[fault]]\nkind = "cut"\nat = 1.5\nfor = 4\n')
-
     async def main() -> None:
-        url = with_faults(script, FIELD + BLUETOOTH)
+        url = with_fault(tmp_path, 'kind = "cut"\nat = 1.5\nfor = 4\n', FIELD + BLUETOOTH)
         async with elib.reconnecting(url, keep_speed=True) as robot:
             with pytest.raises(ReplyTimeout):
                 await robot.within(3).drive(0.4)

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
+from pages import PAGES, ROOT, name_of, programs
 from test_labs_by_pictures import SAMPLE
 
 from elib.tools.states.drawing import draw
 from elib.tools.states.edits import EDITS, edited
 from elib.tools.states.text import MachineText
-
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "tests/docs"))
-from pages import PAGES, name_of, programs  # noqa: E402
 
 WRONG = "except elib.ArgumentError"
 """What a program has that shows an error."""

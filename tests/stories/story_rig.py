@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import combinations, pairwise
 
+from elib.base.body import LENS
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
 from elib.behaviours import RunContext, RunResult, find, play
@@ -174,13 +176,24 @@ def clearance(world: World) -> float:
     """Return how far the first robot's body is from the nearest wall or cylinder, m."""
     scene, pose = world.scene, world.pose(0)
     gaps = [pose.x, pose.y, scene.width - pose.x, scene.depth - pose.y]
-    gaps += [from_segment(pose, (wall.x1, wall.y1), (wall.x2, wall.y2)) for wall in scene.surfaces]
+    gaps += [wall.distance(pose.x, pose.y) for wall in scene.surfaces]
     gaps += [math.dist((pose.x, pose.y), (disc.x, disc.y)) - disc.radius for disc in scene.cylinders]
     return min(gaps) - RADIUS
 
 
-def from_segment(pose: Pose, start: Sequence[float], end: Sequence[float]) -> float:
-    """Return how far a place is from a straight line between two others, m."""
-    dx, dy = end[0] - start[0], end[1] - start[1]
-    share = max(0.0, min(1.0, ((pose.x - start[0]) * dx + (pose.y - start[1]) * dy) / (dx * dx + dy * dy)))
-    return math.dist((pose.x, pose.y), (start[0] + share * dx, start[1] + share * dy))
+def closest(poses: Sequence[Pose]) -> float:
+    """Return the smallest distance between two, m."""
+    return min(math.dist((a.x, a.y), (b.x, b.y)) for a, b in combinations(poses, 2))
+
+
+def from_ball(world: World) -> float:
+    """Return the distance from the camera to the middle of the ball, m."""
+    pose, ball = world.pose(0), world.snapshot().cylinders[0]
+    return math.dist((pose.x + LENS * math.cos(pose.heading), pose.y + LENS * math.sin(pose.heading)), (ball.x, ball.y))
+
+
+def ball_elsewhere(world: World, chance: random.Random) -> None:
+    """Put the robot somewhere, and the ball somewhere else."""
+    anywhere(world, chance)
+    with suppress(ArgumentError):  # it stays where it is if somebody stands there
+        world.move_cylinder(0, chance.uniform(0.3, 1.4), chance.uniform(0.2, 0.8))

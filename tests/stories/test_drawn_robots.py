@@ -13,13 +13,12 @@ import math
 import random
 import tempfile
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
 
 import pytest
-from story_rig import Change, Run, anywhere, clearance, drawn, run
+from story_rig import Change, Run, anywhere, ball_elsewhere, clearance, closest, drawn, from_ball, run
 
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
@@ -117,12 +116,6 @@ def keeps_the_wall(seen: Run) -> bool:
     return 0.015 < median(along) < 0.05 and along[0] > 0.002 and along[-1] < 0.08 and seen.path > 1.8
 
 
-def closest(world: World) -> float:
-    """Return the smallest distance between two robots, m."""
-    poses = world.poses
-    return min(math.dist((a.x, a.y), (b.x, b.y)) for k, a in enumerate(poses) for b in poses[:k])
-
-
 def gather(world: World, chance: random.Random) -> None:
     """Put four robots close together, somewhere."""
     while True:
@@ -141,23 +134,10 @@ def spreads(seen: Run) -> bool:
     return median(seen.seen[seen.after(30) :]) > 0.135
 
 
-def from_ball(world: World) -> float:
-    """Return the distance from the camera to the middle of the ball, m."""
-    pose, ball = world.pose(0), world.snapshot().cylinders[0]
-    return math.dist((pose.x + 0.03 * math.cos(pose.heading), pose.y + 0.03 * math.sin(pose.heading)), (ball.x, ball.y))
-
-
 def stands_before_it(seen: Run) -> bool:
     """It stands before the ball at 15 cm, give or take what its camera makes it believe."""
     late = seen.seen[seen.after(35) :]
     return min(late) > 0.12 and max(late) < 0.19
-
-
-def ball_elsewhere(world: World, chance: random.Random) -> None:
-    """Put the robot somewhere, and the ball somewhere else."""
-    anywhere(world, chance)
-    with suppress(ArgumentError):  # it stays where it is if somebody stands there
-        world.move_cylinder(0, chance.uniform(0.3, 1.4), chance.uniform(0.2, 0.8))
 
 
 def ball(colour: str, **paint: str) -> Goal:
@@ -185,7 +165,7 @@ GOALS = {
     "bull": Goal("red-boxes", 300, hits_red, red_at_rest, until=0.5),
     "billiard": Goal("billiard", 60, rolls),
     "go-to-light": Goal("light", 120, stands_beneath_it),
-    "dispersion": Goal("crowd?robots=4", 60, spreads, closest, at={0: gather}),
+    "dispersion": Goal("crowd?robots=4", 60, spreads, lambda world: closest(world.poses), at={0: gather}),
     "follow-ball orange": ball("orange"),
     "follow-ball red": ball("red", ball="#d02020"),
     "follow-ball blue": ball("blue", ball="#2060c0", blue="yellow"),

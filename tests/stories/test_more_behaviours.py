@@ -8,17 +8,16 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Sequence
-from contextlib import suppress
-from itertools import combinations, pairwise
+from itertools import pairwise
 from pathlib import Path
 from statistics import mean, median
 
 import pytest
-from story_rig import Change, anywhere, clearance, drawn, drawn_quick, from_segment, run
+from story_rig import Change, anywhere, ball_elsewhere, clearance, closest, drawn, drawn_quick, from_ball, run
 
-from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
 from elib.simulator.physics import Sound, Stripe, World
+from elib.simulator.physics.geometry import segment_distance
 from lanes import short
 
 
@@ -143,7 +142,7 @@ def from_line(world: World) -> float:
     """Return how far the middle ground sensor is from the line, m."""
     pose = world.pose(0)
     sensor = Pose(pose.x + 0.03 * math.cos(pose.heading), pose.y + 0.03 * math.sin(pose.heading))
-    return min(from_segment(sensor, *piece) for piece in pairwise(points(world)))
+    return min(segment_distance(sensor.x, sensor.y, *start, *end) for start, end in pairwise(points(world)))
 
 
 @pytest.mark.parametrize("seed", drawn_quick(2, "lap"))
@@ -190,23 +189,9 @@ def test_pushed_off_the_line_it_finds_it_again(seed: int) -> None:
 # -- a ball --
 
 
-def ball_anywhere(world: World, chance: random.Random) -> None:
-    """Put the robot somewhere, and the ball somewhere else."""
-    anywhere(world, chance)
-    with suppress(ArgumentError):  # it stays where it is if somebody stands there
-        world.move_cylinder(0, chance.uniform(0.3, 1.4), chance.uniform(0.2, 0.8))
-
-
-def from_ball(world: World) -> float:
-    """Return the distance from the camera to the middle of the ball, m."""
-    pose, ball = world.pose(0), world.snapshot().cylinders[0]
-    eye = pose.x + 0.03 * math.cos(pose.heading), pose.y + 0.03 * math.sin(pose.heading)
-    return math.dist(eye, (ball.x, ball.y))
-
-
 @pytest.mark.parametrize("seed", drawn_quick(3, "ball"))
 def test_it_finds_the_ball_and_stands_before_it_at_the_set_distance(seed: int) -> None:
-    seen = run("follow-ball", "soccer", seed, seconds=40, at={0: ball_anywhere}, look=from_ball)
+    seen = run("follow-ball", "soccer", seed, seconds=40, at={0: ball_elsewhere}, look=from_ball)
     assert max(seen.seen[seen.after(35) :]) < 0.16
     assert min(seen.seen[seen.after(35) :]) > 0.14
     ball = seen.world.snapshot().cylinders[0]
@@ -303,11 +288,6 @@ def spread(poses: Sequence[Pose]) -> float:
     """Return the mean distance from the middle of all, m."""
     x, y = mean(pose.x for pose in poses), mean(pose.y for pose in poses)
     return mean(math.dist((pose.x, pose.y), (x, y)) for pose in poses)
-
-
-def closest(poses: Sequence[Pose]) -> float:
-    """Return the smallest distance between two, m."""
-    return min(math.dist((a.x, a.y), (b.x, b.y)) for a, b in combinations(poses, 2))
 
 
 def clustered(path: Path, robots: int, seed: int) -> Path:

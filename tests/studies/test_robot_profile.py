@@ -37,11 +37,6 @@ WHOLE = RobotProfile(
 )
 
 
-@pytest.mark.parametrize("profile", [WHOLE, RobotProfile(), RobotProfile("link only", link=LinkDelay(0.01))])
-def test_what_is_written_is_read_again(profile: RobotProfile) -> None:
-    assert parse(written(profile).encode(), "p.toml") == profile
-
-
 def numbers(low: float, high: float) -> st.SearchStrategy[float]:
     return st.floats(low, high, allow_nan=False).map(lambda value: value + 0.0)  # no -0.0
 

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import functools
 import http.server
-import sys
 import threading
 from pathlib import Path
 
 import pytest
+from browser import Opener, browser, firefox, needs_browser, needs_firefox
+from hatch_build import NOT_BUILT
 
 ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "docs"), str(ROOT / "tests/panel")]
-
-from browser import Opener, browser, firefox, needs_browser, needs_firefox  # noqa: E402
-from hatch_build import NOT_BUILT  # noqa: E402
 
 __all__ = ["BROWSERS", "NOT_BUILT", "ROOT", "Opener", "Server"]
 

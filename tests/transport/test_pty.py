@@ -1,14 +1,13 @@
 import asyncio
 import contextlib
 import os
-import subprocess
 import sys
 import termios
 
 import pytest
 
 from elib.link.transport.pty import PtyTransport
-from shared import PATIENCE, until
+from shared import PATIENCE
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells when a client leaves")
 
@@ -38,11 +37,6 @@ async def hang_up_of(port: PtyTransport) -> asyncio.Event:
     return left
 
 
-async def test_a_shell_can_poke_the_port(port: PtyTransport) -> None:
-    await asyncio.to_thread(subprocess.run, f"printf 'D,500,500\\r' > {port.path}", shell=True, check=True)
-    assert await port.read() == b"D,500,500\r"
-
-
 async def test_a_client_that_leaves_is_noticed_after_its_last_bytes(port: PtyTransport) -> None:
     left = await hang_up_of(port)
     heard = []
@@ -55,17 +49,6 @@ async def test_a_client_that_leaves_is_noticed_after_its_last_bytes(port: PtyTra
     assert heard == [(b"D,1,2\r", False)]
 
 
-async def test_clients_come_and_go(port: PtyTransport) -> None:
-    for number in range(5):
-        left = await hang_up_of(port)
-        client = join(port)
-        os.write(client, b"%d" % number)
-        async with asyncio.timeout(PATIENCE):
-            assert await port.read() == b"%d" % number
-            os.close(client)
-            await left.wait()
-
-
 async def test_what_is_said_while_nobody_listens_is_lost(port: PtyTransport) -> None:
     assert not port.has_client
     assert not port.send_nowait(b"banner")
@@ -74,19 +57,6 @@ async def test_what_is_said_while_nobody_listens_is_lost(port: PtyTransport) -> 
     assert port.has_client
     with pytest.raises(BlockingIOError):
         os.read(client, 100)
-    os.close(client)
-
-
-async def test_what_one_client_leaves_unread_the_next_does_not_get(port: PtyTransport) -> None:
-    left = await hang_up_of(port)
-    client = join(port)
-    assert port.send_nowait(b"x" * 30_000)
-    os.close(client)
-    async with asyncio.timeout(PATIENCE):
-        await left.wait()
-    client = join(port)
-    assert port.send_nowait(b"yours")
-    assert await until(lambda: read_now(client)) == b"yours"
     os.close(client)
 
 

@@ -69,6 +69,14 @@ FOCAL: Final = CHIP[0] / 2 / math.tan(math.radians(47.0) / 2)
 """Focal length of the camera, pixels of its chip: its 640 columns see 47 degrees, give or take 2
 (measured-robots: camera.focal_length)."""
 
+LENS: Final = 0.030
+"""m from the axle ahead to the lens of the camera (Webots)."""
+
+GROUND_SENSORS: Final = ((0.030, 0.009), (0.030, 0.0), (0.030, -0.009), (0.022, 0.026), (0.022, -0.026))
+"""Places of the ground sensors left, centre and right (ARGoS, epuck_ros2), then of the cliff sensors left and right, m,
+x forward and y to the left. No source gives those of the latter: under the edge of the body at 50 degrees, so that they
+meet the edge of a table before a wheel does."""
+
 MICROPHONES: Final = ((0.0084, -0.0303), (0.0084, 0.0303), (-0.0231, 0.0), (0.0319, 0.0038))
 """Places of the microphones right, left, rear and front, m, x forward and y to the left: those of the e-puck2's board
 (EPFL's course MICRO-315). The e-puck1 has the first three, at about the same places (e-puck.md, 7)."""

@@ -174,8 +174,9 @@ class Grid:
         row, column = self.square(pose.x, pose.y)
         reach = math.ceil(SIGHT / self.cell)
         part = np.s_[row - reach : row + reach + 1, column - reach : column + reach + 1]
-        x, y = self._middles(row, column, reach)
-        x, y = x - pose.x, y - pose.y
+        beside = np.arange(-reach, reach + 1)
+        x = self.x + (column + beside)[np.newaxis, :] * self.cell - pose.x
+        y = self.y + (row + beside)[:, np.newaxis] * self.cell - pose.y
         added = np.where(np.hypot(x, y) < RADIUS, DRIVEN, 0.0)
         for direction, distance in zip(SENSOR_DIRECTIONS, distances, strict=True):
             axis = pose.heading + direction
@@ -194,11 +195,6 @@ class Grid:
         rows, columns = np.ogrid[: self.odds.shape[0], : self.odds.shape[1]]
         self.odds[np.hypot(self.x + columns * self.cell - x, self.y + rows * self.cell - y) <= radius] = MAX_ODDS
         self.changes += 1
-
-    def _middles(self, row: int, column: int, reach: int) -> tuple[Any, Any]:
-        """Return x and y of the squares around one, m."""
-        beside = np.arange(-reach, reach + 1)
-        return self.x + (column + beside)[None, :] * self.cell, self.y + (row + beside)[:, None] * self.cell
 
     def _cover(self, left: float, bottom: float, right: float, top: float) -> None:
         """Let the map grow until it has these places, m."""
@@ -259,14 +255,9 @@ class Grid:
             )
             is_inside = (rows >= 0) & (rows < x.shape[0]) & (columns >= 0) & (columns < x.shape[1])
             grid.odds[rows[is_inside], columns[is_inside]] = MAX_ODDS
-        for box in scene.boxes:
-            along, across = math.cos(box.angle), math.sin(box.angle)
-            wide = abs((x - box.x) * along + (y - box.y) * across) <= box.width / 2
-            deep = abs((y - box.y) * along - (x - box.x) * across) <= box.depth / 2
-            grid.odds[wide & deep] = MAX_ODDS
-        for polygon in scene.polygons:
+        for block in (*scene.boxes, *scene.polygons):
             is_inside = np.zeros(x.shape, bool)
-            for side in polygon.sides:  # a place is inside if it has an odd number of sides to its right
+            for side in block.sides:  # a place is inside if it has an odd number of sides to its right
                 rows = np.flatnonzero((side.y1 > y[:, 0]) != (side.y2 > y[:, 0]))
                 at = side.x1 + (y[rows, :1] - side.y1) / (side.y2 - side.y1) * (side.x2 - side.x1)
                 is_inside[rows] ^= x[rows] < at
@@ -338,6 +329,10 @@ class Grid:
                 if np.ptp(np.asarray(picture.convert("RGB"), int), axis=2).max() > COLOURED:
                     raise ArgumentError(f"{path} has colours", hint="white is free, black occupied, grey unknown")
                 grey = np.asarray(picture.convert("L"), float)[::-1]
+        except Image.DecompressionBombError:
+            raise ArgumentError(
+                f"{path} has too many pixels", hint="make the picture smaller, and cell larger"
+            ) from None
         except (OSError, SyntaxError):
             hint = "a map is a picture, such as room.png, with room.toml beside it"
             raise ArgumentError(f"{path} is not a picture", hint=hint) from None

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from elib.base.body import AXLE, AXLE_SPREAD, RADIUS, SENSOR_DIRECTIONS, SENSOR_RADIUS, WHEEL_SPREAD
+from elib.base.body import (
+    AXLE,
+    AXLE_SPREAD,
+    GROUND_SENSORS,
+    LENS,
+    RADIUS,
+    SENSOR_DIRECTIONS,
+    SENSOR_RADIUS,
+    WHEEL_SPREAD,
+)
 from elib.base.errors import ArgumentError
 from elib.base.infrared import LIGHT, MIN_COUNT, NINE_IN_TEN, REACH, SETBACK, wall_distance
 from elib.base.pose import Pose, apart
@@ -48,10 +57,6 @@ another that looked alike by 300 to 1 in 40 cm, only because it fitted wrong gai
 HEDGE: Final = 0.6
 """Power of a guess's weight that says how often it is drawn again; the rest of the weight it keeps. So a place that
 seems unlikely now is still among the guesses when the readings speak for it."""
-LENS: Final = 0.030
-"""m from the middle of the robot to the camera (Webots)."""
-GROUND: Final = ((0.030, 0.009), (0.030, 0.0), (0.030, -0.009))
-"""m ahead and to the left: the ground sensors left, centre and right (ARGoS, epuck_ros2)."""
 DARK: Final = 0.8
 """Part of the most that a ground sensor has read, below which it is over something dark: over black, 95 in 100 read 0.6
 of what they read over white (measured-robots: ground.thirty_robots), and pale floors 0.9."""
@@ -238,11 +243,11 @@ class Localiser:
         Args:
             ground: ``robot.ground()``.
         """
-        self._palest = max(self._palest, *ground[: len(GROUND)])
+        self._palest = max(self._palest, *ground[:3])
         if self.map.dark is not None and self._to_draw != FIRST_LOOKS and self._moved == self._turned == 0:
             x, y, heading = self._guesses.T[:3]
             wrong = np.zeros(len(x))
-            for count, (ahead, left) in zip(ground, GROUND, strict=False):
+            for count, (ahead, left) in zip(ground, GROUND_SENSORS[:3], strict=False):
                 row, column = self._squares(
                     x + ahead * np.cos(heading) - left * np.sin(heading),
                     y + ahead * np.sin(heading) + left * np.cos(heading),

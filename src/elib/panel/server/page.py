@@ -12,7 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 import msgspec
 from msgspec import UNSET, Struct, UnsetType
 
-from elib.base.body import AXLE, FOCAL, SENSOR_DIRECTIONS, SENSOR_RADIUS, WHEEL_DIAMETER
+from elib.base.body import AXLE, FOCAL, LENS, SENSOR_DIRECTIONS, SENSOR_RADIUS, WHEEL_DIAMETER
 from elib.base.errors import ArgumentError
 from elib.base.tasks import Tasks
 from elib.panel.behaviours import BehaviourAbout, Play, catalogue, runner_state
@@ -25,7 +25,7 @@ from elib.simulator.drawing.robot import LED_ANGLES
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.control_server import time_factor
 from elib.simulator.physics.body import HEIGHT, RADIUS
-from elib.simulator.physics.optics import ABOVE, FORWARD
+from elib.simulator.physics.optics import ABOVE
 
 MAX_STREAMS = 128
 """Subscriptions of one page: two for each world of a large class, and more."""
@@ -59,7 +59,7 @@ class Body(Struct):
     axle: float = AXLE
     wheel: float = WHEEL_DIAMETER
     sensor_radius: float = SENSOR_RADIUS
-    eye: tuple[float, float] = (FORWARD, ABOVE)  # how far the lens is ahead of the axle, and above the floor, m
+    eye: tuple[float, float] = (LENS, ABOVE)  # how far the lens is ahead of the axle, and above the floor, m
     focal: float = FOCAL  # its distance from the chip, in pixels of the chip: a picture at zoom z has one of z of them
 
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 from elib.base.body import FASTEST_2, METRES_PER_STEP, step_rate
 from elib.simulator.physics import profiles, records
 from elib.simulator.physics.body import RADIUS
-from elib.simulator.physics.faces import face_number
+from elib.simulator.physics.faces import Faces
 from elib.simulator.physics.fittings import Energy
 from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Cylinder, Wall, infrared_reflectance, unit
-from elib.simulator.physics.neighbours import IN_A_TICK, NEAR_WALLS, SENSORS_WITHIN, STRAY
+from elib.simulator.physics.neighbours import IN_A_TICK, SENSORS_WITHIN, STRAY, is_near_wall
 from elib.simulator.physics.noise import quantiles
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.sensors import distance
@@ -30,12 +30,13 @@ MAX_ENTRIES = 3_000_000
 """Walls in the cells of the grid, all told; more, and the cells are made larger."""
 
 
-def wall_record(wall: Wall) -> records.Segment:
-    """Return *wall* as the kernels take it."""
+def wall_record(wall: Wall, faces: Faces) -> records.Segment:
+    """Return *wall* as the kernels take it; what it shows gets a number in *faces*."""
     dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
     length = math.sqrt(dx * dx + dy * dy)
     place = wall.x1, wall.y1, dx / length, dy / length, length
-    return records.Segment(*place, wall.height, 1 / _reflectance(wall), packed(wall.colour), face_number(wall.face))
+    face = faces.setdefault(wall.face, len(faces))
+    return records.Segment(*place, wall.height, 1 / _reflectance(wall), packed(wall.colour), face)
 
 
 def disc_record(post: Cylinder) -> records.Disc:
@@ -119,17 +120,17 @@ class Solids:
     fixed_discs: int
 
     @classmethod
-    def of(cls, scene: Scene, boxes: Sequence[Box], cylinders: Sequence[Cylinder]) -> Solids:
-        """Lay out *scene* with its boxes and cylinders where they are now."""
+    def of(cls, scene: Scene, boxes: Sequence[Box], cylinders: Sequence[Cylinder], faces: Faces) -> Solids:
+        """Lay out *scene* with its boxes and cylinders where they are now; what walls show gets numbers in *faces*."""
         firm = [*scene.edge, *scene.fixed_walls, *(side for box in boxes if not box.can_move for side in box.sides)]
-        walls = [wall_record(wall) for wall in firm]
+        walls = [wall_record(wall, faces) for wall in firm]
         discs = [disc_record(post) for post in cylinders if not post.can_move]
         made = cls(walls, discs, [], [-1] * len(boxes), [-1] * len(cylinders), len(walls), len(discs))
         for k, box in enumerate(boxes):
             if box.can_move:
                 made.box_things[k] = len(made.things)
                 made.things.append(thing_record(box, scene, len(walls)))
-                walls += (wall_record(side) for side in moved_box(box, made.things[-1]).sides)
+                walls += (wall_record(side, faces) for side in moved_box(box, made.things[-1]).sides)
         for k, cylinder in enumerate(cylinders):
             if cylinder.can_move:
                 made.cylinder_things[k] = len(made.things)
@@ -191,14 +192,7 @@ class Grid:
             x, y = wall.x + along * wall.tangent_x, wall.y + along * wall.tangent_y
             found.update(self._near(x, y, self._horizon + self._size))
         limit = self._horizon + self._size * math.sqrt(0.5)
-        kept = []
-        for cell in found:
-            x, y = self._middle(cell)
-            dx, dy = x - wall.x, y - wall.y
-            along = min(max(dx * wall.tangent_x + dy * wall.tangent_y, 0.0), wall.length)
-            if math.hypot(dx - along * wall.tangent_x, dy - along * wall.tangent_y) <= limit:
-                kept.append(cell)
-        return kept
+        return [cell for cell in found if is_near_wall(*self._middle(cell), wall, limit)]
 
     def _near(self, x: float, y: float, reach: float) -> list[int]:
         """Return the cells of which any point may be nearer to (x, y) than *reach*, m."""
@@ -305,11 +299,6 @@ def moved_box(box: Box, thing: records.Thing) -> Box:
     return replace(box, x=float(thing.x), y=float(thing.y), angle=angle)
 
 
-def moved_cylinder(cylinder: Cylinder, thing: records.Thing) -> Cylinder:
-    """Return *cylinder* where its record says that it is now."""
-    return replace(cylinder, x=float(thing.x), y=float(thing.y))
-
-
 def room_for_neighbours(robots: int, things: int, horizon: float) -> int:
     """Return room for the entries that the neighbours of all robots and things have together.
 
@@ -323,8 +312,3 @@ def room_for_neighbours(robots: int, things: int, horizon: float) -> int:
     """
     near = int(1.2 * ((horizon + 2 * RADIUS + 2 * STRAY) / RADIUS) ** 2)
     return robots * min(robots, near) + min(things * (2 * robots + things), MAX_ENTRIES)
-
-
-def room_for_walls(robots: int) -> int:
-    """Return how many entries the robots' own lists of walls have together."""
-    return robots * NEAR_WALLS

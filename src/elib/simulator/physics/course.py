@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from elib.base.body import METRES_PER_STEP
 from elib.simulator.physics.defects import damage
@@ -16,6 +16,10 @@ from elib.simulator.physics.records import Records
 from elib.simulator.physics.sensors import sense
 from elib.simulator.physics.simulation import Law, advance
 from elib.simulator.physics.spawning import spawn
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 Judge: TypeAlias = Any
 """A function of the kept course and the number of a world (:mod:`elib.simulator.physics.judging`)."""
@@ -45,12 +49,12 @@ class Course(NamedTuple):
     memory: Any  # (worlds, robots, n): what the controllers remember.
     remembered: Any  # (worlds, n): what the functions of the task remember.
     fresh: Any  # (n,): that at the beginning of an episode.
-    earned: Any  # (worlds, robots): what the robots earned in the last call.
-    observed: Any  # (worlds, robots, n): what the robots observe.
+    earned: NDArray[np.float64]  # (worlds, robots): what the robots earned in the last call.
+    observed: NDArray[np.float64]  # (worlds, robots, n): what the robots observe.
     # (worlds, robots, 8): x, y, m; heading, rad; 1 if the robot touches something; energy; points; zones; and what is
     # broken in it, -1 for nothing.
-    places: Any
-    progress: Any  # (worlds, 2): 1 if the task has ended the episode; ticks since it began.
+    places: NDArray[np.float64]
+    progress: NDArray[np.float64]  # (worlds, 2): 1 if the task has ended the episode; ticks since it began.
     period: int  # Ticks between two decisions.
     ticks: int  # Of a full episode.
     top_speed: float  # Of a wheel, m/s.

@@ -22,8 +22,9 @@ from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import DEFECT, gauss, tick_key
 from elib.simulator.physics.records import Robot, Setting
 
-(PROXIMITY_AT, AMBIENT_LIGHT_AT, GROUND_AT, MICROPHONES_AT, DISTANCE_AT) = 0, 8, 16, 21, 25
-(ACCELEROMETER_AT, GYROSCOPE_AT, MAGNETOMETER_AT, CAMERA_AT, WHEEL_AT, CLOCK_AT) = 26, 29, 32, 35, 36, 38
+_FIRST = (0, 8, 16, 21, 25, 26, 29, 32, 35, 36, 38)
+PROXIMITY_AT, AMBIENT_LIGHT_AT, GROUND_AT, MICROPHONES_AT, DISTANCE_AT, ACCELEROMETER_AT = _FIRST[:6]
+GYROSCOPE_AT, MAGNETOMETER_AT, CAMERA_AT, WHEEL_AT, CLOCK_AT = _FIRST[6:]
 """Where the numbers of each part begin."""
 
 SENSORS = (
@@ -32,8 +33,10 @@ SENSORS = (
 )
 """The sensors that can break, by the names of the commands that read them."""
 
-_PLACES = pairwise((0, 8, 16, 21, 25, 26, 29, 32, 35, 36, 38, 39))
-PARTS = {name: range(*ends) for name, ends in zip((*SENSORS, "camera", "wheel", "clock"), _PLACES, strict=True)}
+PARTS = {
+    name: range(*ends)
+    for name, ends in zip((*SENSORS, "camera", "wheel", "clock"), pairwise((*_FIRST, CLOCK_AT + 1)), strict=True)
+}
 """All that can break, and where its numbers are."""
 
 MAX_CLOCK: Final = 1.3

@@ -39,7 +39,6 @@ from elib.simulator.physics.records import SIZE
 from elib.simulator.physics.usage import constants_of, used_by
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -151,12 +150,6 @@ class Engine:
         """Return rows of floats in the form that kernels take."""
         # Without NumPy, which a program that only drives never loads.
         return rows.tolist() if hasattr(rows, "tolist") else [[float(number) for number in row] for row in rows]
-
-    def array(self, table: Any) -> NDArray[np.float64]:
-        """Return a :meth:`table` as an array: a copy."""
-        import numpy as np
-
-        return np.array(table, dtype=np.float64)
 
     def column(self, kind: type, rows: Sequence[Any], name: str) -> NDArray[Any]:
         """Return one field of all *rows*, records of one *kind*, as an array; compiled, it is the memory itself."""
@@ -455,6 +448,22 @@ def dtype_of(kind: type) -> Any:
         zero = entry.default if size is None else cast("Any", entry.default_factory)()[0]
         columns.append((entry.name, "f8" if isinstance(zero, float) else "i8", *([(size,)] if size else [])))
     return np.dtype(columns, align=True)
+
+
+@contextmanager
+def explained(what: str, hint: str) -> Iterator[None]:
+    """Say why *what* cannot be compiled, if that is the error of the block.
+
+    Raises:
+        SimulationError: It cannot.
+    """
+    try:
+        yield
+    except Exception as error:
+        reason = not_compiled(error)
+        if reason is None:
+            raise
+        raise SimulationError(f"{what} cannot be compiled: {reason}", hint=hint) from error
 
 
 def not_compiled(error: Exception) -> str | None:

@@ -11,18 +11,18 @@ import copy
 import math
 import os
 import traceback
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from functools import cached_property, partial
 from pathlib import Path
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from elib.base.errors import ArgumentError, SimulationError
+from elib.base.errors import ArgumentError
 from elib.base.rules import Whole, nearest
 from elib.simulator.physics.controller import Controller
 from elib.simulator.physics.course import Course, Judge, Kept, begin_worlds, play_episodes, step_worlds
-from elib.simulator.physics.engine import INTERPRETED, EngineName, not_compiled
+from elib.simulator.physics.engine import INTERPRETED, EngineName, explained
 from elib.simulator.physics.geometry import unit
 from elib.simulator.physics.judging import (
     Judgement,
@@ -193,7 +193,7 @@ class Episodes:
                 self._all([partial(kernel, *how, *cut, table, begins) for cut in cuts])
         except IndexError as error:
             raise self._out_of_range() from error
-        return self._engine.array(self._steered.earned)
+        return self._steered.earned.copy()
 
     @cached_property
     def _stepping(self) -> tuple[Callable[..., None], tuple[Any, ...], list[tuple[int, int]]]:
@@ -214,12 +214,12 @@ class Episodes:
     @property
     def progress(self) -> NDArray[np.float64]:
         """Of each world 1 if the task has ended its episode, and the ticks since that began, (worlds, 2)."""
-        return self._engine.array(self._steered.progress)
+        return self._steered.progress.copy()
 
     @property
     def observed(self) -> NDArray[np.float64]:
         """What each robot observes now, (worlds, robots, n): readings of the task's sensors, then its observations."""
-        return self._engine.array(self._steered.observed)
+        return self._steered.observed.copy()
 
     @property
     def places(self) -> NDArray[np.float64]:
@@ -228,7 +228,7 @@ class Episodes:
         These are x and y, m; heading, rad; 1 if it touches something; energy, 0..1; points; the zones in which it is, a
         bit for each; and which of the task's defects it has, from 0, or -1 for none.
         """
-        return self._engine.array(self._steered.places)
+        return self._steered.places.copy()
 
     @property
     def memory(self) -> NDArray[Any]:
@@ -402,24 +402,11 @@ class Episodes:
         """Something like what those get."""
         return self._engine.kept(self._course(1, 0))
 
-    @contextmanager
-    def _compiling(self) -> Iterator[None]:
-        """Explain why a function cannot be compiled.
-
-        Raises:
-            SimulationError: It cannot.
-        """
-        try:
-            yield
-        except Exception as error:
-            reason = not_compiled(error)
-            if reason is None:
-                raise
-            raise SimulationError(
-                f"task {self.task.name!r} cannot be compiled: {reason}",
-                hint="keep to numbers, loops and comparisons, make no lists or arrays; what lasts is declared:"
-                f" {REMEMBERED}",
-            ) from error
+    def _compiling(self) -> AbstractContextManager[None]:
+        return explained(
+            f"task {self.task.name!r}",
+            f"keep to numbers, loops and comparisons, make no lists or arrays; what lasts is declared: {REMEMBERED}",
+        )
 
     def _all(self, jobs: Sequence[Callable[[], None]]) -> None:
         """Run the first job here, and the others in threads."""
@@ -447,34 +434,31 @@ class Episodes:
         """Return the parts of a course that are those of the scenes."""
         import numpy as np
 
-        task, models = self.task, self._records_of_models()
+        task = self.task
         # Starts that the scenes name are the same in each set.
         sets = 1 if all(len(scene.starts) >= task.robots for scene in task.scenes) else STARTS
         return {
-            "originals": laid_out(self._engine, models),
+            "originals": laid_out(self._engine, [model.records for model in self._models]),
             "starts": self._engine.table(np.array([_starts(scene, task.robots, sets) for scene in task.scenes])),
             "ranges": self._engine.table(np.array([_ranges(task, scene) for scene in task.scenes])),
         }
-
-    def _records_of_models(self) -> list[Records]:
-        return [model.records for model in self._models]
 
     def _course(self, count: int, memory: int) -> Course:
         """Lay out so many worlds, whose controllers remember so many numbers."""
         import numpy as np
 
-        task, robots, models = self.task, self.task.robots, self._records_of_models()
+        task, robots = self.task, self.task.robots
         return Course(
-            worlds=room_for(self._engine, models, self._parts(count)),
+            worlds=room_for(self._scenes["originals"], self._parts(count)),
             **self._scenes,
             episodes=self._engine.records(Episode, [Episode() for _ in range(count)]),
             memory=self._engine.table(np.zeros((count, robots, memory))),
             remembered=np.tile(start_of(task), (count, 1)),
             fresh=start_of(task),
-            earned=self._engine.table(np.zeros((count, robots))),
-            observed=self._engine.table(np.zeros((count, robots, observed_count(task)))),
-            places=self._engine.table(np.zeros((count, robots, 8))),
-            progress=self._engine.table(np.zeros((count, 2))),
+            earned=np.zeros((count, robots)),
+            observed=np.zeros((count, robots, observed_count(task))),
+            places=np.zeros((count, robots, 8)),
+            progress=np.zeros((count, 2)),
             period=task.ticks_a_period,
             ticks=task.ticks,
             top_speed=task.top_speed,

@@ -19,21 +19,8 @@ PAPER: Final = 0xEBEBEB
 """White paper as a camera shows it; black ink is 0x191919."""
 INK: Final = 0x191919
 
-_numbers: dict[str, int] = {face: number for number, face in enumerate(FACES)}
-_names: list[str] = list(FACES)
-
-
-def face_number(face: str) -> int:
-    """Return the number by which the kernels know what a surface shows; 0 is nothing."""
-    if face not in _numbers:
-        _numbers[face] = len(_names)
-        _names.append(face)
-    return _numbers[face]
-
-
-def face_named(number: int) -> str:
-    """Return what a surface shows that the kernels know by this number."""
-    return _names[number]
+Faces: TypeAlias = dict[str, int]
+"""What the surfaces of one world show, and the number by which their records know it; 0 is nothing."""
 
 
 def cells_of(face: str) -> Cells:

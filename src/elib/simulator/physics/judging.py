@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from elib.simulator.physics.course import Judge
 from elib.simulator.physics.engine import Engine, opened
 from elib.simulator.physics.observing import SENSED, numbers_of
 from elib.simulator.physics.packing import world_at
@@ -15,9 +16,6 @@ from elib.simulator.physics.task import Task
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-Judge: TypeAlias = Any
-"""A function of the kept course and the number of a world, as kernels call it: it judges a tick, or observes."""
 
 
 def shape_of(task: Task) -> np.dtype[Any]:
@@ -113,7 +111,9 @@ def judge_of(engine: Engine, task: Task, kept: Any) -> Judge:
 
 def observer_of(engine: Engine, task: Task, kept: Any) -> Judge:
     """Return what writes all that the robots of a world observe into the course, as kernels of *engine* call it."""
-    write = _in_turn(_writers(task))
+    parts = [(_reading(SENSED[sensor]), numbers_of(sensor)) for sensor in task.sensors]
+    parts += [(_with_memory(each.function, 3), len(each.channels)) for each in task.observe]
+    write = _writer(parts)
     named = _named(task)
 
     def observe(kept: Any, w: int) -> None:
@@ -133,37 +133,20 @@ def observed_count(task: Task) -> int:
     return sum(map(numbers_of, task.sensors)) + sum(len(each.channels) for each in task.observe)
 
 
-def _writers(task: Task) -> list[Writer]:
-    """Return what writes the readings of each sensor, and then each observation, into their places."""
-    parts = [(_reading(SENSED[sensor]), numbers_of(sensor)) for sensor in task.sensors]
-    parts += [(_with_memory(each.function, 3), len(each.channels)) for each in task.observe]
-    made, at = [], 0
-    for function, count in parts:
-        made.append(_writer(function, at, count))
-        at += count
-    return made
-
-
 def _reading(take: Callable[[Any, int], float]) -> Callable[..., float]:
     return lambda world, i, k, memory: take(world.views[i], k)
 
 
-def _writer(function: Callable[..., float], at: int, count: int) -> Writer:
+def _writer(parts: Sequence[tuple[Callable[..., float], int]], at: int = 0) -> Writer:
+    """Return what writes the numbers of several functions, each with its count, into a row from the place *at* on."""
+    if not parts:
+        return lambda world, i, memory, row: None
+    function, count = parts[0]
+    write_others = _writer(parts[1:], at + count)
+
     def write(world: Records, i: int, memory: Any, row: Any) -> None:
         for k in range(count):
             row[at + k] = function(world, i, k, memory)
-
-    return write
-
-
-def _in_turn(writers: Sequence[Writer]) -> Writer:
-    """Return one function that calls several, one after the other."""
-    if not writers:
-        return lambda world, i, memory, row: None
-    first, others = writers[0], _in_turn(writers[1:])
-
-    def write(world: Records, i: int, memory: Any, row: Any) -> None:
-        first(world, i, memory, row)
-        others(world, i, memory, row)
+        write_others(world, i, memory, row)
 
     return write

@@ -7,15 +7,14 @@ Only a robot needs room, as at its start: inside a thing it would sense and do w
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain
 
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
 from elib.base.rules import rule_of
-from elib.simulator.physics.body import RADIUS
-from elib.simulator.physics.geometry import Box, Cylinder, Solid, Wall, extent, gap, unit
+from elib.simulator.physics.geometry import Box, Cylinder, Polygon, Solid, Wall, unit
 from elib.simulator.physics.pushing import follow
 from elib.simulator.physics.spawning import stand
 from elib.simulator.physics.state import State
@@ -26,24 +25,6 @@ SLACK = 0.0005
 EDGE = "the edge of the arena"
 
 PLACE = rule_of(Box, "x")
-
-
-def blocker(thing: Solid, others: Iterable[tuple[str, Solid]]) -> str | None:
-    """Return the name of what is in the way of *thing*, or None where it has room.
-
-    Args:
-        thing: Where it is to stand.
-        others: What may not overlap with it, by the names that messages use.
-    """
-    left, right, low, high = extent(thing)
-    for name, other in others:
-        other_left, other_right, other_low, other_high = extent(other)
-        # Far things first: a world may have a hundred thousand walls.
-        if other_left > right or other_right < left or other_low > high or other_high < low:
-            continue
-        if gap(thing, other) < -SLACK:
-            return name
-    return None
 
 
 class Mover:
@@ -66,7 +47,9 @@ class Mover:
         robots = self._state.world.robots
         here = robots[index]
         x, y = PLACE.require(pose.x, "x"), PLACE.require(pose.y, "y")
-        self._require_room(self.robot_names[index], Cylinder(x, y, float(here.radius)), self._solids(x, y))
+        name, disc = self.robot_names[index], Cylinder(x, y, float(here.radius))
+        solids = (other for other, solid in self._solids() if solid.distance(x, y) < disc.radius - SLACK)
+        self._require_room(name, disc, chain(self._robots_in(disc, name), solids))
         cosine, sine = unit(pose.heading)
         stand(here, pose.x, pose.y, cosine, sine)
         self._state.list_near()
@@ -79,7 +62,7 @@ class Mover:
         """
         state = self._state
         new = replace(state.boxes[index], x=pose.x, y=pose.y, angle=pose.heading)
-        self._require_room(_called("box", index, new), new)
+        self._require_room(_called("box", index, new), new, self._robots_in(new))
         state.boxes[index] = new
         if new.switch:  # it is closed where it was put, and opens from there
             state.put_door(index)
@@ -94,7 +77,7 @@ class Mover:
         """
         state = self._state
         new = replace(state.cylinders[index], x=x, y=y)
-        self._require_room(_called("cylinder", index, new), new)
+        self._require_room(_called("cylinder", index, new), new, self._robots_in(new))
         state.cylinders[index] = new
         self._put(state.solids.cylinder_things[index], Pose(x, y))
 
@@ -105,7 +88,7 @@ class Mover:
             ArgumentError: There is no room for it, or the world has too many.
         """
         index = len(self._state.boxes)
-        self._require_room(_called("box", index, box), box)
+        self._require_room(_called("box", index, box), box, self._robots_in(box))
         self._state.add_box(box)
 
     def wall(self, index: int, wall: Wall) -> None:
@@ -114,7 +97,7 @@ class Mover:
         Raises:
             ArgumentError: A robot is in its way, or the world has too many.
         """
-        self._require_room(f"wall {index}", wall)
+        self._require_room(f"wall {index}", wall, self._robots_in(wall))
         walls = self._state.scene.walls
         self._state.set_walls((*walls[:index], wall, *walls[index + 1 :]))
 
@@ -131,12 +114,12 @@ class Mover:
         follow(world, index)
         self._state.list_near()
 
-    def _require_room(self, name: str, thing: Solid, others: Iterable[tuple[str, Solid]] = ()) -> None:
-        """Raise ArgumentError unless *thing* stands in no robot, in none of *others*, and inside the arena."""
+    def _require_room(self, name: str, thing: Solid, blockers: Iterator[str]) -> None:
+        """Raise ArgumentError if *thing* stands outside of the arena, or there is a name in *blockers*."""
         scene = self._state.scene
         x, y = (thing.x1, thing.y1) if isinstance(thing, Wall) else (thing.x, thing.y)
         is_outside = not isinstance(thing, Wall) and not (0 <= x <= scene.width and 0 <= y <= scene.depth)
-        blocked = EDGE if is_outside else blocker(thing, chain(self._robots(thing, name), others))
+        blocked = EDGE if is_outside else next(blockers, None)
         if blocked is not None:
             size = f"the arena is {scene.width:g} x {scene.depth:g} m"
             raise ArgumentError(
@@ -144,16 +127,14 @@ class Mover:
                 hint=size if blocked == EDGE else "choose a free place",
             )
 
-    def _robots(self, thing: Solid, but: str) -> Iterator[tuple[str, Cylinder]]:
-        """Yield the robots that stand near *thing*, without the one of the name *but*."""
-        left, right, low, high = extent(thing)
+    def _robots_in(self, thing: Solid, but: str = "") -> Iterator[str]:
+        """Yield the names of the robots that *thing* would stand in, without *but*."""
         for name, robot in zip(self.robot_names, self._state.world.robots, strict=True):
-            x, y, radius = float(robot.x), float(robot.y), float(robot.radius)
-            if name != but and left - radius < x < right + radius and low - radius < y < high + radius:
-                yield name, Cylinder(x, y, radius)
+            if name != but and thing.distance(float(robot.x), float(robot.y)) < float(robot.radius) - SLACK:
+                yield name
 
-    def _solids(self, x: float, y: float) -> Iterator[tuple[str, Solid]]:
-        """Yield what else a robot cannot stand in at (x, y), m, by the names that messages use."""
+    def _solids(self) -> Iterator[tuple[str, Solid | Polygon]]:
+        """Yield what else a robot cannot stand in, by the names that messages use."""
         state = self._state
         for edge in state.scene.edge:
             yield EDGE, edge
@@ -164,10 +145,7 @@ class Mover:
         for k, wall in enumerate(state.scene.walls):
             yield f"wall {k}", wall
         for k, polygon in enumerate(state.scene.polygons):
-            # A large one has room between its sides, but it is a block.
-            middle: list[Solid] = [Cylinder(x, y, RADIUS)] if polygon.distance(x, y) < 0 else []
-            for part in (*middle, *polygon.sides):
-                yield f"polygon {k}", part
+            yield f"polygon {k}", polygon
 
 
 def _called(kind: str, index: int, thing: Box | Cylinder) -> str:

@@ -12,13 +12,13 @@ from dataclasses import dataclass, fields
 from math import inf, pi, sqrt
 from typing import Any, Final, NamedTuple
 
-from elib.base.body import CHIP, FOCAL
+from elib.base.body import CHIP, FOCAL, LENS
 from elib.base.errors import ArgumentError
 from elib.base.rules import Number, Whole
 from elib.simulator.physics.elementary import angle
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.floor import HOLE_MARK
-from elib.simulator.physics.optics import ABOVE, FORWARD
+from elib.simulator.physics.optics import ABOVE
 from elib.simulator.physics.raycast import MISSED, hit_disc
 from elib.simulator.physics.records import SIZE, Records, Robot, SensorView
 from elib.simulator.physics.sensors.ground import PLACE_X, PLACE_Y, floor_at
@@ -218,8 +218,8 @@ ROBOT_GREY: Final = 128.0
 def brightness_ahead(world: Records, i: int, aside: float) -> float:
     """Return how bright is what a ray from the camera of robot *i* meets, *aside* m to the left for each m ahead."""
     robot = world.robots[i]
-    x = robot.x + robot.heading_x * FORWARD
-    y = robot.y + robot.heading_y * FORWARD
+    x = robot.x + robot.heading_x * LENS
+    y = robot.y + robot.heading_y * LENS
     long = sqrt(1.0 + aside * aside)
     along_x = (robot.heading_x - aside * robot.heading_y) / long
     along_y = (robot.heading_y + aside * robot.heading_x) / long

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final, NamedTuple
 
 from elib.base.body import CHIP, FOCAL
 from elib.base.errors import ArgumentError
 from elib.simulator.physics.noise import CAMERA, PICTURE, gauss, uniform
-
-FORWARD: Final = 0.030
-"""The lens is this far ahead of the axle, m (Webots)."""
 
 ABOVE: Final = 0.028
 """Height of the lens above the floor, m (Webots)."""
@@ -25,34 +21,13 @@ BROKEN_ROWS: Final = 0.05
 """Share of a typical robot's pictures in which a byte of one row is lost (measured-robots: camera.epuck1: 8 of 142)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Lens:
-    """A pinhole.
-
-    Attributes:
-        name: The name of the source that it comes from.
-        focal: Its distance from the chip, sensor pixels.
-    """
-
-    name: str
-    focal: float
-
-    @classmethod
-    def seeing(cls, name: str, field: float, columns: float) -> Lens:
-        """Return the lens through which so many sensor *columns* see *field*, rad."""
-        return cls(name, columns / 2 / math.tan(field / 2))
-
-
-LENSES = {
-    lens.name: lens
-    for lens in (
-        Lens("measured", FOCAL),
-        Lens.seeing("epucklib", math.radians(56.0), CHIP[0]),
-        Lens.seeing("webots", 0.84, 52 * 8),
-    )
+LENSES: Final = {
+    "measured": FOCAL,
+    "epucklib": CHIP[0] / 2 / math.tan(math.radians(56.0) / 2),
+    "webots": 52 * 8 / 2 / math.tan(0.84 / 2),
 }
-"""measured: what robots showed, the default. epucklib: 56 degrees over all 640 columns. webots: 0.84 rad over 52
-columns of 8. The sources lie between 38 and 60 degrees."""
+"""The focal length, sensor pixels, by its source. measured: what robots showed, the default. epucklib: 56 degrees over
+all 640 columns. webots: 0.84 rad over 52 columns of 8. The sources lie between 38 and 60 degrees."""
 
 
 class Chip(NamedTuple):
@@ -70,9 +45,6 @@ class Chip(NamedTuple):
     noise: tuple[float, float, float]
 
 
-FAITHFUL: Final = Chip(1.0, 1.0, (0.0, 0.0, 0.0))
-"""Shows colours as they are."""
-
 CHIPS: Final = {1: Chip(0.5, 0.75, (1.0, 0.8, 1.2)), 2: Chip(1.1, 0.45, (2.4, 1.7, 2.6))}
 """By generation (measured-robots: camera.epuck1, epuck2_blue_block, epuck2_blocks). The e-puck1 shows a grey room with
 62 of 255; its red and blue buckets have a saturation of 0.65 and 0.50. To the e-puck2 a white table is white almost
@@ -83,8 +55,8 @@ of 0.56 q s. In those of the e-puck2 it is 3.4, 2.4 and 3.3. Corners are 3.5 % d
 of RGB565 there; this is left out."""
 
 
-def lens_named(name: str) -> Lens:
-    """Return the lens called *name*.
+def lens_named(name: str) -> float:
+    """Return the focal length of the lens called *name*, sensor pixels.
 
     Raises:
         ArgumentError: No lens has this name.

@@ -14,10 +14,6 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 from elib.simulator.physics.engine import Engine, compiled_as, kernel
 from elib.simulator.physics.records import Records, SensorView
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
 (SETTING, TABLES, ROBOTS, VIEWS, WALLS, DISCS, THINGS, LAMPS, TONES, FANS, RESPONSE, FLOOR) = range(12)
 (CELLS, HEADS, LISTINGS, LISTS, VISIBLE_WALLS, VISIBLE_DISCS, SCRATCH) = range(12, 19)
 (ZONES, STATES) = range(19, len(Records._fields))
@@ -131,23 +127,9 @@ def restore(worlds: Listed, originals: Listed, w: int, scene: int) -> None:
 
 
 def laid_out(engine: Engine, models: Sequence[Records]) -> Packed | Listed:
-    """Return the worlds of all scenes as they were laid out."""
-    return packed(models) if engine.name == "compiled" else Listed(models)
-
-
-def room_for(engine: Engine, models: Sequence[Records], parts: Sequence[tuple[int, int]]) -> Packed | Listed:
-    """Return room for worlds, which :func:`restore` fills.
-
-    Args:
-        engine: What runs them.
-        models: The worlds of all scenes.
-        parts: The first and the last + 1 of the worlds of each thread.
-    """
-    return packed_copies(models, parts) if engine.name == "compiled" else Listed([models[0]] * parts[-1][1])
-
-
-def packed(models: Sequence[Records]) -> Packed:
-    """Put the records of several worlds behind each other; parts that are the same array are put there once."""
+    """Return the worlds of all scenes as they were laid out; compiled, parts that are the same array are there once."""
+    if engine.name != "compiled":
+        return Listed(models)
     import numpy as np
 
     kinds = len(Records._fields)
@@ -165,47 +147,35 @@ def packed(models: Sequence[Records]) -> Packed:
                 length += len(part)
             first[w, k] = places_of[id(part)]
             end[w, k] = first[w, k] + len(part)
-        columns.append(_recorded(np.concatenate(parts), models[0][k]))
+        column: Any = np.concatenate(parts)
+        # An array of records is another type for the compiler.
+        columns.append(column.view(np.recarray) if isinstance(models[0][k], np.recarray) else column)
     return Packed._make([*columns, first, end, np.zeros(kinds, dtype=np.bool_)])
 
 
-def packed_copies(models: Sequence[Records], parts: Sequence[tuple[int, int]]) -> Packed:
-    """Make room for worlds, each of which can be that of any model.
+def room_for(originals: Packed | Listed, parts: Sequence[tuple[int, int]]) -> Packed | Listed:
+    """Return room for worlds, each of which :func:`restore` can make that of any scene.
 
     Args:
-        models: The worlds of all scenes.
+        originals: The worlds of all scenes.
         parts: The first and the last + 1 of the worlds of each thread.
     """
+    count = parts[-1][1]
+    if isinstance(originals, Listed):
+        return Listed([originals[0]] * count)
     import numpy as np
 
-    originals = packed(models)
-    is_shared = _is_shared(models)
+    shared = SHARED if len(originals.things) else SHARED + UNPUSHED
+    is_shared = np.array([name in shared for name in Records._fields])
     columns: list[Any] = []
-    count = parts[-1][1]
     threads = np.repeat(np.arange(len(parts)), [end - first for first, end in parts])
     first = np.zeros((count, len(Records._fields)), dtype=np.int64)
     for k, name in enumerate(Records._fields):
         column = originals[k]
         if not is_shared[k]:
-            room = max(len(model[k]) for model in models)
+            room = int((originals.end[:, k] - originals.first[:, k]).max())
             place = threads if name in TEMPORARY else np.arange(count)
             first[:, k] = place * room
-            made = np.zeros((int(place[-1]) + 1) * room, dtype=np.asarray(column).dtype)
-            column = _recorded(made, models[0][k])
+            column = np.zeros_like(column, shape=(int(place[-1]) + 1) * room)
         columns.append(column)
     return Packed._make([*columns, first, first.copy(), is_shared])
-
-
-def _is_shared(models: Sequence[Records]) -> NDArray[np.bool_]:
-    """Return for each kind of record whether the worlds of one scene share those."""
-    import numpy as np
-
-    names = SHARED if any(len(model.things) for model in models) else SHARED + UNPUSHED
-    return np.array([name in names for name in Records._fields])
-
-
-def _recorded(array: Any, like: Any) -> Any:
-    """Return *array* as an array of records, if *like* is one: that is another type for the compiler."""
-    import numpy as np
-
-    return array.view(np.recarray) if isinstance(like, np.recarray) else array

@@ -37,6 +37,7 @@ import math
 from typing import Final, NamedTuple
 
 from elib.base.errors import ArgumentError
+from elib.simulator.physics.geometry import segment_distance
 from elib.simulator.physics.neighbours import EDGE
 from elib.simulator.physics.noise import BOARD_PHASE, PAIR, bits, gauss, tick_key, uniform
 from elib.simulator.physics.state import State
@@ -134,17 +135,10 @@ def is_hidden(around: Around, sender: int) -> bool:
     distance = math.hypot(dx, dy)
     for k, (x, y, radius) in enumerate(around.discs):
         # Most are beside the whole line, which costs less to ask.
-        if abs(x * dy - y * dx) < radius * distance + MARGIN and k != sender and is_between(x, y, dx, dy, radius):
+        is_near_line = abs(x * dy - y * dx) < radius * distance + MARGIN
+        if is_near_line and k != sender and segment_distance(x, y, 0.0, 0.0, dx, dy) < radius:
             return True
     return False
-
-
-def is_between(x: float, y: float, dx: float, dy: float, radius: float) -> bool:
-    """Return whether a disc at (x, y), m, cuts the straight line from the origin to (dx, dy)."""
-    share = min(max((x * dx + y * dy) / max(dx * dx + dy * dy, 1e-12), 0.0), 1.0)
-    x -= share * dx
-    y -= share * dy
-    return x * x + y * y < radius * radius
 
 
 class RangeAndBearing:

@@ -146,7 +146,7 @@ class Segment:
     height: float = 0.0  # Above the floor, m.
     absorbs: float = 1.0  # 1 / reflectance for infrared light.
     colour: int = 0  # 65536 red + 256 green + blue.
-    face: int = 0  # What cameras see on it: its number in faces.py.
+    face: int = 0  # What cameras see on it: its number in State.faces.
 
 
 @dataclass(slots=True, eq=False)

@@ -40,7 +40,7 @@ class Senses:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._lens = lens_named(state.scene.model.lens)
+        self._focal = lens_named(state.scene.model.lens)
         self._camera: Camera | None = None
         self._told: dict[tuple[str, int], tuple[int, bytes]] = {}
 
@@ -77,7 +77,7 @@ class Senses:
         from elib.simulator.physics.sensors.camera import Camera  # Worlds without pictures need no camera.
 
         if self._camera is None:
-            self._camera = Camera(self._lens, self._state.floor)
+            self._camera = Camera(self._focal, self._state.floor, self._state.faces)
         pictures = self._camera.pictures(self._seen(shown), chip, robots, *shape)
         for robot, picture in zip(robots, pictures, strict=True):
             self._spoil(robot, picture)

@@ -13,11 +13,12 @@ from elib.base.pose import Pose
 from elib.simulator.physics import assembly, profiles, records
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.engine import Engine, engine_named
+from elib.simulator.physics.faces import Faces
 from elib.simulator.physics.fittings import ROBOTS, Light, Sound
 from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Cylinder, Wall, unit
 from elib.simulator.physics.motion import STEPS_PER_METRE
-from elib.simulator.physics.neighbours import list_near
+from elib.simulator.physics.neighbours import NEAR_WALLS, list_near
 from elib.simulator.physics.noise import seed_key
 from elib.simulator.physics.pushing import follow
 from elib.simulator.physics.records import Records
@@ -76,6 +77,7 @@ class State:
         lanes: Into how many blocks its robots are divided; those of different blocks can be sensed at the same time.
         floor: What is painted on the floor.
         areas: The map of the zones.
+        faces: What walls and boxes show.
         world: All records.
         boxes: As they were laid out; pushable ones have moved since.
         cylinders: The same.
@@ -92,6 +94,7 @@ class State:
     ) -> None:
         self.scene, self.engine, self.floor, self.lanes = scene, engine, floor, lanes
         self.areas = areas_of(scene)
+        self.faces: Faces = {"": 0}
         count = len(starts)
         self.boxes, self.cylinders = list(scene.boxes), list(scene.cylinders)
         self.lights, self.sounds = list(scene.lights), list(scene.sounds)
@@ -164,7 +167,7 @@ class State:
                 first = int(world.things[k].first)
                 _overwrite(world.things[k], assembly.thing_record(box, self.scene, first))
                 for n, side in enumerate(assembly.moved_box(box, world.things[k]).sides, first):
-                    _overwrite(world.walls[n], assembly.wall_record(side))
+                    _overwrite(world.walls[n], assembly.wall_record(side, self.faces))
         for cylinder, k in zip(self.cylinders, self.solids.cylinder_things, strict=True):
             if k >= 0:
                 first = int(world.things[k].first)
@@ -182,7 +185,7 @@ class State:
     def _solid_rows(self, count: int) -> dict[str, Any]:
         """Lay out everything solid; return the parts of the world that hold it."""
         engine = self.engine
-        self.solids = solids = assembly.Solids.of(self.scene, self.boxes, self.cylinders)
+        self.solids = solids = assembly.Solids.of(self.scene, self.boxes, self.cylinders, self.faces)
         profile = profiles.profile(self.scene.model.profile)
         grid = assembly.Grid(self.scene, solids, assembly.horizon_of(profile))
         setting = assembly.setting(self.scene, self.floor, self.areas, grid, profile, solids.largest)
@@ -190,8 +193,8 @@ class State:
         setting.first_all = len(lists)
         lists += range(count + len(solids.things))
         setting.first_own = len(lists)
-        setting.first_near = setting.first_own + assembly.room_for_walls(count)
-        room = assembly.room_for_walls(count) + assembly.room_for_neighbours(count, len(solids.things), setting.horizon)
+        setting.first_near = setting.first_own + count * NEAR_WALLS
+        room = count * NEAR_WALLS + assembly.room_for_neighbours(count, len(solids.things), setting.horizon)
         visible = count + len(solids.discs)
         return {
             "setting": engine.records(records.Setting, [setting]),
@@ -339,9 +342,12 @@ class State:
 
     def cylinder(self, index: int) -> Cylinder:
         """Return a cylinder where it is now."""
-        thing = self.solids.cylinder_things[index]
+        k = self.solids.cylinder_things[index]
         cylinder = self.cylinders[index]
-        return cylinder if thing < 0 else assembly.moved_cylinder(cylinder, self.world.things[thing])
+        if k < 0:
+            return cylinder
+        thing = self.world.things[k]
+        return replace(cylinder, x=float(thing.x), y=float(thing.y))
 
     def switched(self, things: Sequence[_Lit]) -> tuple[_Lit, ...]:
         """Return lights or sounds as they are now: what is switched off neither shines nor sounds."""

@@ -16,13 +16,13 @@ from operator import attrgetter
 from typing import Any
 
 from elib.base.body import METRES_PER_STEP, step_rate
-from elib.base.errors import ArgumentError, SimulationError
+from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
 from elib.base.rules import Number, Whole, is_number, nearest, rule_of, shown
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.controller import Controller
 from elib.simulator.physics.defects import Defect, damage, pace
-from elib.simulator.physics.engine import INTERPRETED, EngineName, engine_named, not_compiled
+from elib.simulator.physics.engine import INTERPRETED, EngineName, engine_named, explained
 from elib.simulator.physics.fittings import Light, Sound
 from elib.simulator.physics.floor import floor_of, packed
 from elib.simulator.physics.geometry import Box, Colour, Wall
@@ -45,23 +45,12 @@ _FIRM = attrgetter(*(each.name for each in fields(Scene) if each.name not in ("w
 """What no hand changes of a scene."""
 
 
-class _Followers(list[Callable[[], object]]):
-    """Functions that follow one world; a copy of the world has none."""
-
-    def __reduce__(self) -> tuple[type[_Followers], tuple[()]]:
-        return _Followers, ()
-
-    def __deepcopy__(self, memo: object) -> _Followers:
-        return _Followers()
-
-
 class World(ReadableWorld):
     """A run of a :class:`~elib.simulator.physics.scene.Scene`.
 
     The same scene, seed and drives give the same run to the last bit, on either engine.
 
     Attributes:
-        scene: What it was made from.
         seed: The seed of its noise and its chosen starts.
     """
 
@@ -92,7 +81,7 @@ class World(ReadableWorld):
             SimulationError: There is no room for so many robots, a start is not free, or Numba is not installed.
         """
         robots = None if robots is None else Whole(0).require(robots, "robots")
-        self.scene = check_scene(scene, "elib.World")
+        scene = check_scene(scene, "elib.World")
         self.seed = check_seed(scene.seed if seed is None else seed)
         threads = Whole(1).require(threads, "threads")
         starts = places(scene, robots, self.seed)
@@ -107,7 +96,7 @@ class World(ReadableWorld):
         self._memory: Any = None
         self._memory_size = 0
         self._told = ()
-        self._followers = _Followers()
+        self._followers: list[Callable[[], object]] = []
 
     @classmethod
     def load(
@@ -233,19 +222,12 @@ class World(ReadableWorld):
             self._memory_size = controller.memory
             self._memory = state.engine.table(np.zeros((self.robots, controller.memory)))
         sensors = chosen(controller.sensors)
-        try:
+        hint = f"keep to numbers, loops and comparisons, make no lists or arrays, or use {INTERPRETED}"
+        with explained(f"the control function {controller.name!r}", hint):
             law = law_of(state.engine, controller.function)
             with state.engine.threads(state.lanes):
                 ready = state.engine.ready(steer, threads=state.lanes)
                 ready(law, state.world, ticks, state.lanes, sensors, parameters, self._memory)
-        except Exception as error:
-            reason = not_compiled(error)
-            if reason is None:
-                raise
-            raise SimulationError(
-                f"the control function {controller.name!r} cannot be compiled: {reason}",
-                hint=f"keep to numbers, loops and comparisons, make no lists or arrays, or use {INTERPRETED}",
-            ) from error
 
     def reset(self, seed: int | None = None) -> None:
         """Go back to the beginning: what follows is what a new world with this seed would do, and it is much faster.
@@ -425,7 +407,6 @@ class World(ReadableWorld):
         """
         self._told = self.events
         self._mover.add_box(box)
-        self.scene = self._state.scene
 
     def remove_box(self, box: int) -> None:
         """Take a box out of the world; those counted behind it move up.
@@ -435,7 +416,6 @@ class World(ReadableWorld):
         """
         self._told = self.events
         self._state.remove_box(checked(box, len(self._state.boxes), "box"))
-        self.scene = self._state.scene
 
     def add_wall(self, wall: Wall) -> None:
         """Put another wall into the world, counted behind those that are there.
@@ -444,7 +424,6 @@ class World(ReadableWorld):
             ArgumentError: A robot is in its way, or the world has too many.
         """
         self._mover.wall(len(self.scene.walls), wall)
-        self.scene = self._state.scene
 
     def move_wall(self, index: int, wall: Wall) -> None:
         """Replace a wall, counted as in the scene.
@@ -453,7 +432,6 @@ class World(ReadableWorld):
             ArgumentError: There is no such wall, or a robot is in its way.
         """
         self._mover.wall(checked(index, len(self.scene.walls), "wall"), wall)
-        self.scene = self._state.scene
 
     def remove_wall(self, index: int) -> None:
         """Take a wall out of the world; those counted behind it move up.
@@ -464,7 +442,6 @@ class World(ReadableWorld):
         walls = self.scene.walls
         index = checked(index, len(walls), "wall")
         self._state.set_walls(walls[:index] + walls[index + 1 :])
-        self.scene = self._state.scene
 
     def set_light(self, index: int, light: Light) -> None:
         """Replace a lamp, counted as in the scene."""
@@ -519,7 +496,9 @@ class World(ReadableWorld):
             raise ArgumentError("this is a moment of another world", hint="keep moment() of the world that goes back")
         self._told = self.events
         self._state.go_back(moment)
-        self.scene = moment.scene
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_followers": []}  # They follow this world, not its copy.
 
     def __copy__(self) -> World:
         # Two worlds that share their robots, but not the tick, are of no use.

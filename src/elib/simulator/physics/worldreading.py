@@ -40,13 +40,8 @@ SHOWN = 10  # Numbers a robot in what the camera gets: eight colours, body, fron
 
 
 class ReadableWorld:
-    """All of a :class:`~elib.simulator.physics.world.World` that changes nothing.
+    """All of a :class:`~elib.simulator.physics.world.World` that changes nothing."""
 
-    Attributes:
-        scene: What it was made from.
-    """
-
-    scene: Scene
     _state: State
     _senses: Senses
     _boards: RangeAndBearing
@@ -54,6 +49,11 @@ class ReadableWorld:
     _memory: Any
     _memory_size: int
     _told: tuple[Event, ...]  # the events until boxes last came or went: their numbers stood for other things
+
+    @property
+    def scene(self) -> Scene:
+        """What it was made from, with the walls and boxes that came and went since."""
+        return self._state.scene
 
     @property
     def robots(self) -> int:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from elib.base.body import STEPS_PER_REVOLUTION
+from elib.base.body import LENS, STEPS_PER_REVOLUTION
 from elib.base.files import write_file
 from elib.link.protocol.profiles import profile_named
 from elib.link.session.trace import Received
@@ -26,7 +26,6 @@ from elib.robot.link import Link, LinkSettings
 from elib.simulator.emulator.sim_transport import SimTransport
 from elib.simulator.physics import Box, Colour, Cylinder, EpuckModel, Patch, Pose, Scene, Sound, World
 from elib.simulator.physics.body import RADIUS
-from elib.simulator.physics.optics import FORWARD
 from elib.simulator.worlds.writer import written_scene
 
 T = TypeVar("T")
@@ -86,7 +85,7 @@ painted floor of the whole arena would take seconds to make."""
 LANE = Pose(0.1, 0.25, 0.0)
 """Where the robot stands on the white lane."""
 
-BLOCK = 0.23 + FORWARD
+BLOCK = 0.23 + LENS
 """Where the face of a block stands of which pictures are taken, m from the robot's middle."""
 
 STILLS = 5

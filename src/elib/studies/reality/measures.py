@@ -16,9 +16,8 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from elib.base.body import SENSOR_DIRECTIONS, WHEEL_CIRCUMFERENCE
+from elib.base.body import LENS, SENSOR_DIRECTIONS, WHEEL_CIRCUMFERENCE
 from elib.link.protocol.values import locate_sound
-from elib.simulator.physics.optics import FORWARD
 from elib.studies.reality.bench import BLACK, BLUE, DRIVING, GREY, MEMORY, OPEN, PACKET, TURNING, WHITE, Bench, Numbers
 
 Measure: TypeAlias = Callable[[Bench, str], Awaitable[Sequence[float] | Numbers]]
@@ -441,7 +440,7 @@ async def _view(bench: Bench, case: str) -> Sequence[float]:
     width, away = 0.12, 0.25
     await bench.place()
     await bench.robot.set_camera(160, 20, zoom=4, mode="grey")  # all columns
-    with bench.box(BLACK, ahead=away + FORWARD, width=width):
+    with bench.box(BLACK, ahead=away + LENS, width=width):
         line = np.median((await bench.robot.image()).pixels.astype(float), axis=0)
     share = int((line < (line.max() + line.min()) / 2).sum()) / len(line)
     return [math.degrees(2 * math.atan(width / (2 * share * away)))]

@@ -18,12 +18,13 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from elib.base.body import LENS
 from elib.base.errors import ArgumentError
 from elib.simulator.physics.body import HEIGHT
-from elib.simulator.physics.faces import cells_of, face_named
+from elib.simulator.physics.faces import Faces, cells_of
 from elib.simulator.physics.floor import Floor
 from elib.simulator.physics.noise import PIXELS, STRIDE, bits, mix, quantiles, tick_key
-from elib.simulator.physics.optics import ABOVE, FORWARD, Chip, Lens, gains
+from elib.simulator.physics.optics import ABOVE, Chip, gains
 from elib.simulator.physics.sensors import brightness as law
 from elib.simulator.physics.sensors.brightness import Floats, Ints, LampArrays
 
@@ -139,16 +140,16 @@ class Window(NamedTuple):
     is_flipped: bool
 
     @classmethod
-    def through(cls, lens: Lens, right: Sequence[float], up: Sequence[float]) -> Window:
-        """Return the window of these offsets.
+    def through(cls, focal: float, right: Sequence[float], up: Sequence[float]) -> Window:
+        """Return the window of these offsets, seen through a lens of this focal length, sensor pixels.
 
         Raises:
             ArgumentError: Offsets are not finite or not evenly spaced.
         """
         across, down = _step("right", right), _step("up", up)
-        per_column, per_row = (lens.focal / (abs(step) or 1.0) for step in (across, down))
-        rise = np.array(up[::-1] if down > 0 else up, np.float64) / lens.focal
-        tangent = np.array(right, np.float64) / lens.focal
+        per_column, per_row = (focal / (abs(step) or 1.0) for step in (across, down))
+        rise = np.array(up[::-1] if down > 0 else up, np.float64) / focal
+        tangent = np.array(right, np.float64) / focal
         ends = float(tangent.min(initial=0.0)), float(tangent.max(initial=0.0))
         horizon = int((rise >= 0.0).sum())
         return cls(tangent, *ends, rise, per_row, 1.0 / max(per_column, per_row), horizon, down > 0)
@@ -181,29 +182,33 @@ class Hits(NamedTuple):
     shade: Floats
 
 
-class Faces(dict[int, Ints]):
+class FaceCells(dict[int, Ints]):
     """Cells of what surfaces show, by its number, each made once for a world: a picture is read from its file then."""
 
+    def __init__(self, faces: Faces) -> None:
+        self._faces = faces
+
     def __missing__(self, number: int) -> Ints:
-        self[number] = cells = np.array(cells_of(face_named(number)), np.int64)
+        self[number] = cells = np.array(cells_of(list(self._faces)[number]), np.int64)
         return cells
 
 
 class Camera:
     """The eye of every robot of one world."""
 
-    def __init__(self, lens: Lens, floor: Floor) -> None:
+    def __init__(self, focal: float, floor: Floor, faces: Faces) -> None:
         """Prepare for pictures.
 
         Args:
-            lens: Through which the robots look.
+            focal: Distance of the lens from the chip, sensor pixels.
             floor: On which everything stands.
+            faces: What walls and boxes show, by its number.
         """
-        self._lens = lens
+        self._focal = focal
         self._floor = floor
         painted = np.array(floor.pixels, np.int64).reshape(floor.rows, floor.columns) & 0xFFFFFF
         self._paint = np.pad(painted, 1, constant_values=floor.colour)
-        self._faces = Faces()
+        self._faces = FaceCells(faces)
 
     def pictures(
         self, scene: CameraScene, chip: Chip, robots: Sequence[int], right: Sequence[float], up: Sequence[float]
@@ -223,7 +228,7 @@ class Camera:
         Raises:
             ArgumentError: Offsets are not finite or not evenly spaced.
         """
-        window = _window(self._lens, tuple(right), tuple(up))
+        window = _window(self._focal, tuple(right), tuple(up))
         pictures = np.empty((len(robots), len(up), len(right), 3), np.uint8)
         if pictures.size == 0:
             return pictures
@@ -276,11 +281,11 @@ def _pixel_noise(deviation: tuple[float, ...], factor: float, times: int) -> NDA
 class _Look:
     """What some robots see at one moment through one window."""
 
-    def __init__(self, scene: CameraScene, chip: Chip, robots: Ints, window: Window, faces: Faces) -> None:
+    def __init__(self, scene: CameraScene, chip: Chip, robots: Ints, window: Window, faces: FaceCells) -> None:
         self._scene, self._chip, self._robots, self._window, self._faces = scene, chip, robots, window, faces
         self._heading_x, self._heading_y = scene.robots.heading_x[robots], scene.robots.heading_y[robots]
-        self._x = scene.robots.x[robots] + FORWARD * self._heading_x
-        self._y = scene.robots.y[robots] + FORWARD * self._heading_y
+        self._x = scene.robots.x[robots] + LENS * self._heading_x
+        self._y = scene.robots.y[robots] + LENS * self._heading_y
         self._room = law.room_light(scene.ambient)
         self._exposure = law.exposure(self._room + law.lamp_light(self._x, self._y, ABOVE, scene.lights))
         keys = scene.robots.key[robots]

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from elib.base.body import GROUND_SENSORS
 from elib.simulator.physics.defects import GROUND_AT, spoiled
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.floor import HOLE_MARK
@@ -27,10 +28,8 @@ from elib.simulator.physics.zones import FIRST_INK, map_cell
 
 COUNT: Final = 5
 
-PLACE_X: Final = (0.030, 0.030, 0.030, 0.022, 0.022)
-PLACE_Y: Final = (0.009, 0.0, -0.009, 0.026, -0.026)
-"""Left, centre, right (ARGoS, epuck_ros2), then the cliff sensors left and right, m. No source gives the places of
-the latter: under the edge of the body at 50 degrees, so that they meet the edge of a table before a wheel does."""
+PLACE_X: Final = tuple(x for x, _ in GROUND_SENSORS)
+PLACE_Y: Final = tuple(y for _, y in GROUND_SENSORS)
 
 BLACK: Final = 325.0
 WHITE: Final = 960.0

@@ -112,11 +112,10 @@ def read(world: Records, i: int) -> None:
     if robot.seen == world.setting[0].tick:
         return
     robot.seen = world.setting[0].tick
-    if robot.defects > 0:
-        read_broken(world, i)
-        return
     look(world, i)
     respond(world, i)
+    if robot.defects > 0:
+        spoil(world, i)
     digest(robot, world.views[i])
 
 
@@ -227,14 +226,11 @@ def respond(world: Records, i: int) -> None:
 
 
 @phase
-def read_broken(world: Records, i: int) -> None:
-    """Read the sensors of a robot in which something is broken: apart, so that others pay only for the question."""
-    look(world, i)
-    respond(world, i)
+def spoil(world: Records, i: int) -> None:
+    """Spoil the readings of a robot in which something is broken: apart, so that others pay only for the question."""
     robot, view = world.robots[i], world.views[i]
     for s in range(COUNT):
         view.proximity[s] = spoiled_counts(world.setting[0], robot, PROXIMITY_AT + s, view.proximity[s])
-    digest(robot, view)
 
 
 @kernel
