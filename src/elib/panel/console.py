@@ -48,13 +48,13 @@ class ConsoleAnswer:
     is_bad: bool = False
 
 
-def parse(line: object) -> Call:
+def parse(line: str) -> Call:
     """Return what was typed as a command: ``set_speed 0.1 0.2``, ``set_speed(0.1, 0.2)``, ``text D,100,-100``.
 
     An ArgumentError says why it is none. Ranges are not checked here but before it is sent, because they depend on the
     firmware.
     """
-    if not isinstance(line, str) or len(line) > MAX_COMMAND or not line.strip().isprintable():
+    if len(line) > MAX_COMMAND or not line.strip().isprintable():
         raise ArgumentError(f"a command is one line of at most {MAX_COMMAND} characters")
     found = _CALL.fullmatch(line)
     if found is None:
@@ -74,9 +74,9 @@ def parse(line: object) -> Call:
     return Call(entry.name, tuple(map(number_from, arguments)))
 
 
-def complete(line: object, firmware: str = "") -> list[str]:
+def complete(line: str, firmware: str = "") -> list[str]:
     """Return whole lines that begin with *line*: names of a firmware's commands, then words that an argument may be."""
-    if not isinstance(line, str) or len(line) > MAX_COMMAND:
+    if len(line) > MAX_COMMAND:
         return []
     profile = FIRMWARES.get(firmware)
     typed = line.lstrip()
@@ -128,12 +128,12 @@ def overview(firmware: str = "") -> str:
     return "\n".join(lines)
 
 
-async def answer(slot: Slot, line: object, page: str = "") -> ConsoleAnswer:
+async def answer(slot: Slot, line: str, page: str = "") -> ConsoleAnswer:
     """Send what was typed to the robot and return the answer; an error is an answer, too.
 
     After a command that moves the robot, *page* drives it, and has to ``drive.beat``.
     """
-    typed = line.strip()[:MAX_COMMAND] if isinstance(line, str) else ""
+    typed = line.strip()[:MAX_COMMAND]
     try:
         head, _, rest = typed.partition(" ")
         if head.lower() in (HELP, "?"):
