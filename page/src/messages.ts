@@ -813,7 +813,7 @@ export type DiagnosedStep = {
 export type Line = {
   number: number;
   time: number;
-  kind: "call" | "link" | "robot" | "state" | "note" | "panel" | "recorder";
+  kind: "call" | "link" | "robot" | "state" | "note" | "panel" | "recorder" | "agent";
   text: string;
   bad: boolean;
 };

@@ -19,6 +19,7 @@ KINDS = {
     "note": "Notes",
     "panel": "This page",
     "recorder": "Recording",
+    "agent": "Agent",
 }
 """The kinds of lines, with their titles."""
 KEPT = 500
