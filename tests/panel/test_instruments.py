@@ -172,7 +172,7 @@ async def test_trail_and_event_log_come_in_pieces_and_only_what_is_new(slot: Slo
         assert not trail["whole"]
         sizes.append(len(trail["points"]))
     assert sizes == [MAX_POINTS, MAX_POINTS, 200, 0]
-    slot.note("<script>alert(1)</script>" + "a" * 5000)
+    slot.log.note("<script>alert(1)</script>" + "a" * 5000)
     lines = seen(slot, cursor)["lines"]
     assert (lines["whole"], len(lines["lines"])) == (False, 1)
     assert lines["lines"][0]["text"].startswith("<script>")
