@@ -19,7 +19,7 @@ from elib.base.pose import Pose
 from elib.base.timebase import SimulatedLoop
 from elib.link.protocol import values as v
 from elib.link.protocol.profiles import PROFILES
-from elib.panel.gauges import instruments, numbers, words
+from elib.panel.gauges import instruments, numbers
 from elib.panel.server.instruments import MAX_POINTS, Cursor, scheme, summary, tick
 from elib.panel.slot import Slot
 from elib.robot.snapshot import SENSORS
@@ -70,8 +70,6 @@ async def test_before_the_first_reading_nothing_is_known_and_all_is_grey() -> No
     assert (shown["phase"], shown["link"], shown["pose"], shown["picture"]) == ("disconnected", None, None, None)
     assert set(shown["readings"]) == set(SENSORS)
     assert shown["readings"]["proximity"] == {"values": None, "physical": None, "age": None, "stale": True}
-    encoders = next(each for each in instruments() if each.name == "encoders")
-    assert words(encoders, None) == (("left", "?", "steps"), ("right", "?", "steps"))
     assert (slot.watcher.age("encoders"), slot.is_stale("encoders")) == (math.inf, True)
 
 

@@ -194,7 +194,7 @@ async def command(
     """Send one command of the table."""
     slot = page.panel.slot(robot)
     value = await slot.command(name, *arguments, page=page.key)
-    return console.result_text(value, slot.firmware)[: console.MAX_SHOWN]
+    return console.result_text(value)
 
 
 @request("drive", name="console")
