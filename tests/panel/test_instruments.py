@@ -213,7 +213,7 @@ async def test_a_failure_is_shown_with_what_the_doctor_found() -> None:
     assert shown["phase"] == "failed"
     assert "elib-nowhere" in shown["error"]["message"]
     assert not slot.diagnosis.ok
-    assert {"name", "state", "detail", "fix"} == set(shown["doctor"]["steps"][0])
+    assert {"name", "state", "detail", "fix"} == set(shown["doctor"][0])
     await slot.disconnect()
 
 
