@@ -98,8 +98,9 @@ def _module(messages: Mapping[str, type[Message]], told: Iterable[type], more: s
     for name, cls in messages.items():
         fields = [field for field in found.fields(cls, is_asked=True)[1:] if not field.startswith("id?")]
         body.append(f"{_comment(cls, '  ')}  {name}: {_object(fields, '  ')};\n")
-    body.append("};\n\n/** What each request is answered with. */\nexport type Answered = {\n")
-    body += [f"  {name}: {found.of(types.type_info(cls.answers))};\n" for name, cls in messages.items()]
+    body.append("};\n\n/** What requests are answered with; all others with null. */\nexport type Answered = {\n")
+    answers = {name: cls.answers for name, cls in messages.items() if cls.answers not in (None, type(None))}
+    body += [f"  {name}: {found.of(types.type_info(kind))};\n" for name, kind in answers.items()]
     names = " | ".join(cls.__name__ for cls in told if cls not in (Answer, Failure))
     body.append(f"}};\n{more}\n/** What the page is told without having asked. */\nexport type Told = {names};\n")
     for each in told:

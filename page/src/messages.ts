@@ -181,74 +181,25 @@ export type Asked = {
   mend: { robot: number | string; channel?: number };
 };
 
-/** What each request is answered with. */
+/** What requests are answered with; all others with null. */
 export type Answered = {
-  subscribe: null;
-  drawn: null;
-  frames_drawn: null;
   find: Found[];
   recents: string[];
   forget: string[];
   add: string[];
-  remove: null;
-  connect: null;
-  disconnect: null;
   steer: boolean;
   beat: boolean;
-  leave: null;
-  take_over: null;
-  limit: null;
-  stop: null;
   command: string;
   console: ConsoleAnswer;
   complete: Completions;
-  blink: null;
-  set_camera: null;
-  picture: null;
-  live: null;
-  behave: null;
-  pause_behaviour: null;
-  resume_behaviour: null;
-  end_behaviour: null;
   source: string;
   states: string;
   files: FileList;
-  start_log: null;
-  stop_log: null;
-  start_recording: null;
-  stop_recording: null;
   save_map: Saved;
   open_recording: string[];
-  seek: null;
-  pause_playback: null;
-  choose_controller: null;
   save_world: Saved;
-  go_back: null;
-  move_robot: null;
-  move_box: null;
-  move_cylinder: null;
   add_box: number;
-  remove_box: null;
   add_wall: number;
-  move_wall: null;
-  remove_wall: null;
-  set_light: null;
-  set_sound: null;
-  switch: null;
-  set_ambient: null;
-  turn_selector: null;
-  press_remote: null;
-  press_button: null;
-  restart: null;
-  pause: null;
-  resume: null;
-  step: null;
-  set_speed: null;
-  set_faults: null;
-  set_defect: null;
-  mend_parts: null;
-  cut: null;
-  mend: null;
 };
 
 /** A frame: bytes of its header, flags for rays and for a moment to go back to, bits of a robot. */
@@ -432,7 +383,6 @@ export type Ring = {
 
 /** The robot in m: its body, its wheels, the infrared sensors' distance from the axis, and its camera. */
 export type Body = {
-  radius: number;
   height: number;
   axle: number;
   wheel: number;
@@ -459,14 +409,12 @@ export type RobotNews = {
 
 /** The part of a tick that an overview of many robots draws. */
 export type Summary = {
-  url: string;
   phase: "disconnected" | "connecting" | "connected" | "gap" | "playing" | "watched" | "failed";
   phase_text: string;
   error: string | null;
   may_move: boolean;
   driver: string;
   behaviour: string;
-  pose: [number, number, number] | null;
   distances: (number | null)[];
   battery: number | null;
   stale: boolean;
@@ -601,7 +549,7 @@ export type Tick = {
   phase: "disconnected" | "connecting" | "connected" | "gap" | "playing" | "watched" | "failed";
   phase_text: string;
   error: Trouble | null;
-  doctor: Doctor | null;
+  doctor: DiagnosedStep[] | null;
   drive: Drive;
   readings: Record<string, Reading>;
   lamps: Lamps;
@@ -614,7 +562,7 @@ export type Tick = {
   lines: Lines;
   link: LinkStats | null;
   log: string | null;
-  recorder: RecorderState | null;
+  recorder: number | null;
   playback: Playing | null;
   machine: MachineState | null;
   live: number | null;
@@ -643,7 +591,6 @@ export type Scheme = {
   camera: CameraLimits | null;
   coloured: number[];
   sounds: string[];
-  talks_at: Record<string, string>;
 };
 
 /** A fixed block: its corners, m, its height, m. Its sides are among the walls. */
@@ -656,7 +603,6 @@ export type Block = {
 /** The painted floor, if there is a picture of it; without a colour, it is bare linoleum. */
 export type Floor = {
   colour: string | null;
-  picture: boolean;
   width: number;
   depth: number;
 };
@@ -672,9 +618,12 @@ export type Cylinder = {
   pushable: boolean;
 };
 
-/** What the doctor found. */
-export type Doctor = {
-  steps: DiagnosedStep[];
+/** What the doctor found in one step, and what to do. */
+export type DiagnosedStep = {
+  name: string;
+  state: "failed" | "ok" | "skipped" | "warning";
+  detail: string;
+  fix: string;
 };
 
 /** Who drives, how fast (rev/s), how fast it may be at most, and whether the robot may move. */
@@ -760,13 +709,6 @@ export type LinkStats = {
   waiting: number;
 };
 
-/** The recording that is written. */
-export type RecorderState = {
-  path: string;
-  bytes: number;
-  messages: number;
-};
-
 /** How far a recording was played, s. */
 export type Playing = {
   at: number;
@@ -796,24 +738,15 @@ export type Instrument = {
 /** What pictures a camera can take, and how long one holds the line. */
 export type CameraLimits = {
   zooms: number[] | null;
-  bytes: number;
   capture: number;
   byte: number;
-};
-
-/** What the doctor found in one step, and what to do. */
-export type DiagnosedStep = {
-  name: string;
-  state: "failed" | "ok" | "skipped" | "warning";
-  detail: string;
-  fix: string;
 };
 
 /** A line of the event log: its number, s on the panel's clock, a kind to filter by, and what happened. */
 export type Line = {
   number: number;
   time: number;
-  kind: "call" | "link" | "robot" | "state" | "note" | "panel" | "recorder";
+  kind: "call" | "link" | "robot" | "state" | "note" | "panel" | "recorder" | "agent";
   text: string;
   bad: boolean;
 };

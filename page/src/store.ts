@@ -25,6 +25,7 @@ export type Reply = Answer | Failure | null;
 /** What may be asked and told, on the pages of the panel and in the studio. */
 type Asked = page.Asked & studio.Asked;
 type Answered = page.Answered & studio.Answered;
+type Result<Name> = Name extends keyof Answered ? Answered[Name] : null;
 type Told = page.Told | studio.Told | Answer | Failure;
 type OfRobot<Name extends keyof Asked> = Omit<Asked[Name], "robot">;
 
@@ -222,7 +223,7 @@ export const reason = (reply: Exclude<Reply, Answer>) =>
 /** Ask for something; a failure is shown, and gives undefined. What has no result gives null. */
 export async function ask<Name extends keyof Asked>(name: Name, values: Asked[Name]) {
   const reply = await request(name, values);
-  if (reply?.ok) return reply.result as Answered[Name];
+  if (reply?.ok) return reply.result as Result<Name>;
   toast(reason(reply));
   return undefined;
 }

@@ -204,7 +204,7 @@ def recordings(folder: Path, book: Book) -> Lines:
         lambda file: ["record", "info", file],
         lambda file: ["record", "info", file, "--json"],
         lambda file: ["record", "repair", file],
-        lambda file: ["replay", file, "--speed", "max"],
+        lambda file: ["replay", file],
         lambda file: ["replay", file, "--json"],
         lambda file: ["decode", file],
         lambda file: ["compare", file, "whole.mcap"],

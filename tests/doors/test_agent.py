@@ -23,6 +23,7 @@ from elib.doors.agent.limits import Limits
 from elib.doors.agent.server import AgentDoor, Journal, serve_pipes
 from elib.doors.agent.tools import Tools
 from elib.doors.robots import connected
+from elib.panel.events import KINDS
 from elib.panel.watching import virtual
 from elib.testing import simulated
 from lanes import short
@@ -97,6 +98,15 @@ async def test_a_client_drives_looks_and_reads_by_a_process_of_its_own():
         assert [each.type for each in picture.content] == ["text", "image"]
         refused = await client.call_tool("drive", {"distance": "far"})
         assert refused.is_error
+
+
+@simulated
+async def test_a_call_is_a_line_of_the_event_log_that_the_page_can_hide():
+    async with tools_on() as tools:
+        await door_of(tools)._call(SimpleNamespace(request=None), CallToolRequestParams(name="status", arguments={}))
+        lines = tools.drivers["1"].slot.log.lines
+        assert lines[-1].text.startswith("status {}: ")
+        assert {line.kind for line in lines} <= KINDS.keys()
 
 
 async def test_the_wheels_stand_after_the_client_is_killed():

@@ -133,6 +133,7 @@ def test_a_byte_too_many_behind_the_last_row_shows_before_the_end_is_sent() -> N
     assert upload.phase is Phase.SETTLING
     upload.receive(b"K", 0.05)
     assert upload.phase is Phase.CALLING
+    assert upload.failures == ["row 3: it answered b'K'"]
 
 
 def test_once_rows_are_written_calls_and_silences_take_turns() -> None:

@@ -39,6 +39,14 @@ def test_the_settings_are_a_file_that_people_can_read(folder: Path) -> None:
         assert part in text
 
 
+def test_a_task_in_a_folder_with_any_name_is_read_back(tmp_path: Path) -> None:
+    (tmp_path / "ünï-🤖").mkdir()
+    (tmp_path / "ünï-🤖" / "mine.py").touch()
+    settings = replace(SETTINGS, task=f"{tmp_path}/ünï-🤖/mine.py:TASK")
+    Study(tmp_path / "study", settings).close()
+    assert settings_of(tmp_path / "study") == settings
+
+
 @pytest.mark.parametrize("torn", [b'{"generation": 3, "fit', b"{}{}\n", b"\0\0\0\0", b"\xff\n", b'{"generation": 3}'])
 def test_a_last_line_that_was_not_written_to_its_end_is_dropped(folder: Path, torn: bytes) -> None:
     path = folder / "generations.jsonl"

@@ -5,8 +5,10 @@ import importlib
 import math
 import random
 import statistics
+import sys
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,6 +16,7 @@ import pytest
 
 from elib import Controller, World
 from elib.learn import Episodes, Randomisation, Task, all_tasks
+from elib.learn.catalogue import variable_of
 from elib.learn.tasks import maze
 from lanes import few_and_many, short
 
@@ -357,3 +360,14 @@ def test_the_file_of_each_task_says_what_solves_it() -> None:
     for task in TASKS.values():
         about = importlib.import_module(task.reward.__module__).__doc__ or ""
         assert "solved" in about or "earns" in about
+
+
+def test_the_file_of_a_task_may_have_data_classes_and_the_name_of_a_module(tmp_path: Path) -> None:
+    for name in ("json.py", "mine.py"):
+        (tmp_path / name).write_text(
+            "from __future__ import annotations\nimport dataclasses\nimport json\n"
+            "@dataclasses.dataclass\nclass Point:\n    x: float = 0.5\nTASK = json.dumps(Point().x)\n"
+        )
+        before = {**sys.modules}
+        assert variable_of(tmp_path / name, "TASK") == "0.5"
+        assert sys.modules == before  # so that what is sent to other processes is sent by value

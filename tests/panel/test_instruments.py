@@ -19,7 +19,7 @@ from elib.base.pose import Pose
 from elib.base.timebase import SimulatedLoop
 from elib.link.protocol import values as v
 from elib.link.protocol.profiles import PROFILES
-from elib.panel.gauges import instruments, numbers, words
+from elib.panel.gauges import instruments, numbers
 from elib.panel.server.instruments import MAX_POINTS, Cursor, scheme, summary, tick
 from elib.panel.slot import Slot
 from elib.robot.snapshot import SENSORS
@@ -70,8 +70,6 @@ async def test_before_the_first_reading_nothing_is_known_and_all_is_grey() -> No
     assert (shown["phase"], shown["link"], shown["pose"], shown["picture"]) == ("disconnected", None, None, None)
     assert set(shown["readings"]) == set(SENSORS)
     assert shown["readings"]["proximity"] == {"values": None, "physical": None, "age": None, "stale": True}
-    encoders = next(each for each in instruments() if each.name == "encoders")
-    assert words(encoders, None) == (("left", "?", "steps"), ("right", "?", "steps"))
     assert (slot.watcher.age("encoders"), slot.is_stale("encoders")) == (math.inf, True)
 
 
@@ -172,7 +170,7 @@ async def test_trail_and_event_log_come_in_pieces_and_only_what_is_new(slot: Slo
         assert not trail["whole"]
         sizes.append(len(trail["points"]))
     assert sizes == [MAX_POINTS, MAX_POINTS, 200, 0]
-    slot.note("<script>alert(1)</script>" + "a" * 5000)
+    slot.log.note("<script>alert(1)</script>" + "a" * 5000)
     lines = seen(slot, cursor)["lines"]
     assert (lines["whole"], len(lines["lines"])) == (False, 1)
     assert lines["lines"][0]["text"].startswith("<script>")
@@ -215,7 +213,7 @@ async def test_a_failure_is_shown_with_what_the_doctor_found() -> None:
     assert shown["phase"] == "failed"
     assert "elib-nowhere" in shown["error"]["message"]
     assert not slot.diagnosis.ok
-    assert {"name", "state", "detail", "fix"} == set(shown["doctor"]["steps"][0])
+    assert {"name", "state", "detail", "fix"} == set(shown["doctor"][0])
     await slot.disconnect()
 
 

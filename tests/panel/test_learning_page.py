@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import copy
 import struct
 from collections.abc import Iterator
 
@@ -33,7 +34,7 @@ def view() -> Iterator[LiveView]:
 
 async def url_of(view: LiveView, world: World, capsys, monkeypatch) -> str:
     monkeypatch.setenv("ELIB_BROWSER", "no")
-    await asyncio.to_thread(view.show, world, is_new=True)
+    await asyncio.to_thread(view.show, copy.deepcopy(world), is_new=True)
     word, url = capsys.readouterr().err.split()
     assert word == "view"
     return url
@@ -49,8 +50,10 @@ async def test_the_page_shows_every_step_and_every_new_episode(world, view, caps
         await until(lambda: page.frames)
         scene = page.of("scene")[0]["scene"]
         assert (scene["world"], scene["robots"], len(scene["boxes"])) == ("first", 2, 1)
+        await page.ask("subscribe", what="overview")
+        await until(lambda: any(each.get("worlds") for each in page.of("update")))
         world.run(4)
-        await asyncio.to_thread(view.show, world)
+        await asyncio.to_thread(view.show, copy.deepcopy(world))
         await until(lambda: time_of(page.frames[-1]) == world.time)
         await asyncio.to_thread(view.show, World(Scene(0.5, 0.5, name="second"), robots=1), is_new=True)
         await until(lambda: len(page.of("scene")) == 2)

@@ -10,6 +10,7 @@ import pytest
 from elib.base.errors import ArgumentError, LinkBusy, LinkError
 from elib.panel.server import listening
 from elib.panel.server.listening import Address, listen
+from elib.simulator.emulator.loopback import bind
 
 
 def address(host: str, *, is_shared: bool = False) -> Address:
@@ -59,6 +60,15 @@ def test_nobody_else_can_have_the_port_before_the_page_is_served() -> None:
     with found.socket, pytest.raises(LinkBusy, match="is taken") as refused:
         listen(port=found.port, option="--view")
     assert refused.value.hint == "choose another with --view, or 0 for a free one"
+
+
+def test_two_programs_that_start_at_once_do_not_get_the_same_port() -> None:
+    with bind("0", 0) as first:
+        port = first.getsockname()[1]
+        with pytest.raises(LinkBusy, match="is taken"):
+            bind(str(port), 0)
+        with bind("", port) as second:
+            assert second.getsockname()[1] > port
 
 
 def test_a_port_that_cannot_be_is_refused() -> None:

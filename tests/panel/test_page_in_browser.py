@@ -337,7 +337,7 @@ async def test_a_log_and_a_recording_are_written_to_the_files_that_were_named_al
     await driver.tab.until(f"{TICK}.phase === 'connected'")
     await type_into(driver, f"{recording} input", "drive")
     await turn(recording)
-    await driver.tab.until(f"{TICK}.recorder?.messages > 0")
+    await driver.tab.until(f"{TICK}.recorder > 0")
     said = "document.querySelector('.status').textContent"
     await driver.tab.until(f"{said}.includes('writing a log') && {said}.includes('recording')")
     await driver.press("Console")

@@ -23,7 +23,7 @@ def test_a_plain_name_is_a_file_of_the_folder(tmp_path: Path) -> None:
 
 
 def test_what_leads_elsewhere_or_is_no_name_is_refused(tmp_path: Path) -> None:
-    names: list[object] = [
+    names = [
         "",
         "   ",
         ".",
@@ -53,10 +53,6 @@ def test_what_leads_elsewhere_or_is_no_name_is_refused(tmp_path: Path) -> None:
         "$HOME.log",
         "`id`.log",
         "a" * 200,
-        7,
-        None,
-        ["run.log"],
-        b"run.log",
     ]
     for name in names:
         with pytest.raises(ArgumentError):

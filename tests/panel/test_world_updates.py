@@ -331,7 +331,6 @@ async def test_a_painted_floor_is_sent_as_a_picture_north_up(tmp_path):
     async with watched(tmp_path, world=ROOM + PAINT) as rig, opened(rig) as page:
         scene = await page.scene()
     floor = scene["floor"]
-    assert floor["picture"] is True
     assert floor["colour"] == "#205030"
     assert (floor["width"], floor["depth"]) == pytest.approx((1.2, 0.8), abs=0.003)
     kind, _, body = scene["floor_png"].partition(",")

@@ -144,6 +144,10 @@ def test_a_file_that_is_not_a_recording_is_refused_in_words(tmp_path: Path) -> N
             written(tmp_path / "which.mcap", {"format": FORMAT, "began": "0", "robot": "x", "seed": "y"}),
             "does not say which seed its world has",
         ),
+        (
+            written(tmp_path / "many.mcap", {"format": FORMAT, "began": "0", "robot": "x", "robots": "two"}),
+            "does not say how many robots its world has",
+        ),
         (Path("."), "is a folder, not a recording"),
         (Path(""), "is a folder, not a recording"),
     ):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import importlib
+import json
 import math
 from pathlib import Path
 
@@ -11,7 +12,9 @@ import pytest
 
 from elib.base.errors import ArgumentError, SimulationError
 from elib.behaviours import RunContext, RunMessage, StateChanged, play
+from elib.records.mcapwriter import McapWriter
 from elib.records.reader import read_recording
+from elib.records.topics import ABOUT, FORMAT, NOTES, PICTURES, READINGS
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
 from elib.simulator.physics import Pose
@@ -215,3 +218,30 @@ def test_another_recording_is_refused_with_what_makes_one(tmp_path: Path) -> Non
     run_on("sim://?speed=max", stand)
     with pytest.raises(ArgumentError, match="--reality"):
         realism(recording=read_recording(file), progress=lambda text: pytest.fail(text))
+
+
+def test_readings_and_pictures_of_a_stranger_that_lack_something_are_left_out(tmp_path: Path) -> None:
+    whole = {name: 10.0 + number for number, name in enumerate("abcdefhi")}
+    odd = ({"a": 1.0}, {}, {"a": "b"}, {"g": [1.0]}, {"counts": None}, {"counts": [[1.0]]}, {"metres": None})
+    pictures = [{"encoding": "rgb8", "width": 1, "height": 1, "data": data} for data in ("AAAA", "AAAAAAAA")]
+    with (tmp_path / "odd.mcap").open("xb") as stream:
+        writer = McapWriter(stream, "test")
+        writer.add_metadata(
+            ABOUT, {"format": FORMAT, "began": "0", "robot": "x", "url": "x", "firmware": "asercom-1.2.2"}
+        )
+
+        def write(topic: str, *messages: dict[str, object]) -> None:
+            channel = writer.register(topic, "x", b"{}")
+            for each in messages:
+                writer.add_message(channel, 0, json.dumps({"time": 1.0} | each).encode())
+
+        for time, part in ((0.0, "standing"), (50.0, "pictures"), (99.0, "wall")):
+            write(NOTES.name, {"time": time, "message": part, "name": "state", "level": 2, "event": ""})
+        write(PICTURES.name, *({"time": 60.0, "frame_id": "", "step": 3} | each for each in pictures))
+        write(READINGS.name + "proximity", *[whole] * 20, *odd)
+        for name in ("accelerometer", "gyroscope", "magnetometer", "ground", "microphones", "distance"):
+            write(READINGS.name + name, *odd * 3)
+        writer.finish()
+    own = asyncio.run(of_recording(Recorded(read_recording(tmp_path / "odd.mcap")), reference().quantities.values()))
+    assert own["infrared.open_air"] == [[*whole.values()]]
+    assert own["accelerometer.tilt"] == [[]]

@@ -150,6 +150,15 @@ async def test_a_program_drives_the_robot_on_the_port_and_leaves_it_standing(tab
         assert cable.stands()
 
 
+async def test_a_real_robot_has_no_world_to_look_at(tab: Tab) -> None:
+    async with plugged(tab):
+        await tab.until("document.querySelector('.stage').textContent.includes('A real robot has no world')")
+        await tab.run("elib.borrow('test.py', 'print()', 'a test')")  # another program may name another world
+        await tab.until(READY)
+        assert await tab.run("!document.querySelector('.stage canvas')")
+    await tab.until("!!document.querySelector('.stage canvas')")
+
+
 async def test_the_window_stops_the_robot_when_python_is_ended_and_when_the_page_is_left(tab: Tab) -> None:
     async with plugged(tab) as cable:
         await cable.begin(DEAF)

@@ -32,7 +32,7 @@ function Writing({ robot, kind, free = "", isLooking, look }: Props) {
     else if ((await robot.ask(`stop_${kind}`, {})) !== undefined) typed.value = null;
     await look();
   };
-  const size = kind === "recording" && recorder ? `: ${bytes(recorder.bytes)}` : "",
+  const size = kind === "recording" && recorder ? `: ${bytes(recorder)}` : "",
     begins = "It begins when the robot is connected.",
     state = ["connected", "gap"].includes(phase) ? `The file is being written${size}.` : begins;
   return (

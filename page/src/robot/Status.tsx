@@ -46,7 +46,7 @@ export function Status({ robot }: { robot: Robot }) {
               <Icon of={FileText} size={14} /> writing a log
             </span>
           )}
-          {recorder && (
+          {recorder !== null && (
             <span class="row small bad">
               <Icon of={Circle} size={12} /> recording
             </span>

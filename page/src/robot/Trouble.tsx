@@ -34,7 +34,7 @@ export function Trouble({ robot }: { robot: Robot }) {
         <p class="hint">Connect the robot to see where it goes, and to drive it.</p>
       </div>
     );
-  const steps = doctor?.steps ?? [],
+  const steps = doctor ?? [],
     advice = [error.hint, ...steps.map(({ fix }) => fix)].filter(Boolean);
   return (
     <div class="trouble stack">

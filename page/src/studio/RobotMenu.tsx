@@ -12,9 +12,8 @@ import { robot } from "./run";
 import { choose, hasPort } from "./serial";
 
 const wish = signal<Record<string, string>>({});
-const REAL = "webserial://";
 const url = computed(() => {
-  if (hasPort.value) return REAL;
+  if (hasPort.value) return "webserial://";
   const { world, ...rest } = wish.value,
     query = new URLSearchParams(Object.entries(rest).filter(([, value]) => value));
   return world ? `sim://${world}${query.size ? `?${query}` : ""}` : "";
@@ -24,7 +23,7 @@ effect(() => void (robot.value = url.value));
 export function RobotMenu() {
   const { firmwares, faults } = known.value,
     set = (key: string) => (value: string) => (wish.value = { ...wish.value, [key]: value }),
-    isReal = robot.value === REAL,
+    isReal = hasPort.value,
     disabled = isReal || !wish.value.world;
   if (lab.value) return <span class="hint">In the world of the lab</span>;
   const list = (label: string, key: string, none: string, names: string[], rest = {}) => (

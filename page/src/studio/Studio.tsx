@@ -110,6 +110,7 @@ function Part() {
     key = listed.value[0]?.key ?? "",
     Kind = part.value === "World" ? null : PARTS[part.value];
   useEffect(() => (key ? subscribe({ what: "robot", of: key, rate: 10 }) : undefined), [key]);
+  if (!Kind && run.isReal.value) return <p class="hint">A real robot has no world to look at.</p>;
   if (!world.scene.value) return <p class="hint">The world comes when Python is loaded.</p>;
   if (!Kind) return <World world={world} of="program" own={0} isOfProgram />;
   return (

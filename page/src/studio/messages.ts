@@ -65,15 +65,8 @@ export type Asked = {
   remove_item: { text: string; state: string; item: number };
 };
 
-/** What each request is answered with. */
+/** What requests are answered with; all others with null. */
 export type Answered = {
-  run_program: null;
-  stop_program: null;
-  pause_program: null;
-  go_on: null;
-  set_breakpoints: null;
-  set_pace: null;
-  show_world: null;
   labs: LabNews[];
   check_lab: Report;
   open_lab_folder: LabNews;

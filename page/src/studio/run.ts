@@ -4,7 +4,7 @@ import { stops } from "../stop";
 import { ask, onTold, tell } from "../store";
 import type { Asked, Output, ProgramNews, Report } from "./messages";
 import { imported, isOwn, lab, name, opened, revision, save, textNow } from "./programs";
-import { halt } from "./serial";
+import { halt, hasPort } from "./serial";
 import { loading, restart } from "./wire";
 
 export const MOST_LINES = 2000; // of the output
@@ -36,6 +36,8 @@ export const isIdle = () => program.value.state === "idle";
 export const isWaiting = signal(false); // Run was pressed while Python is loaded
 export const speed = signal(1);
 export const robot = signal(""); // the URL that takes the place of the program's own
+/** Whether that is a real robot. A lab has a robot of its own. */
+export const isReal = computed(() => hasPort.value && !lab.value);
 export const report = signal<Report | null>(null); // of the check that was the last run
 export const breakpoints = signal<number[]>([]);
 export const shownLine = signal<{ line: number } | null>(null); // that the editor scrolls to
@@ -149,8 +151,8 @@ effect(() => {
 const named = computed(() => NAMED.exec((revision.value, textNow()))?.[1] ?? "sim://");
 // Before a run, the world that the program names stands there, with nobody driving.
 effect(() => {
-  const wanted = { lab: lab.value?.name, robot: robot.value || named.value };
+  const wanted = isReal.value ? null : { lab: lab.value?.name, robot: robot.value || named.value };
   if (loading.value) return;
   if (isWaiting.peek()) run();
-  else if (program.peek().state === "idle") tell("show_world", wanted);
+  else if (wanted && program.peek().state === "idle") tell("show_world", wanted);
 });

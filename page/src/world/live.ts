@@ -9,11 +9,11 @@ const RATE = 25; // Hz: frames of a world that fills the place
 export const hasRays = signal(false);
 
 /** The world of a robot by its key, or the one that the page shows; it is told while the component is there. */
-export function useWorld(of = "", rate = RATE, channel = 0) {
+export function useWorld(of: string) {
   const rays = hasRays.value;
   useEffect(() => {
-    worldOf(channel).open(of);
-    return subscribe({ what: "world", of, rate, rays, channel });
-  }, [of, rate, rays, channel]);
-  return worldOf(channel);
+    worldOf().open(of);
+    return subscribe({ what: "world", of, rate: RATE, rays });
+  }, [of, rays]);
+  return worldOf();
 }

@@ -106,9 +106,9 @@ def decode(
 class Printer:
     """Writes lines to stdout and counts them."""
 
-    def __init__(self, *, json: bool, live: bool = False) -> None:
+    def __init__(self, *, json: bool) -> None:
         self._json = json
-        self.is_live = live
+        self.is_live = False  # whether each line is shown at once
         self._count = self._faults = self._unanswered = 0
 
     def assume(self, decoder: AnyDecoder) -> None:

@@ -60,9 +60,7 @@ COMMANDS = {
 }
 """The commands in the order of the help page. Each is a function in the module of its name, in elib.cli."""
 
-APPS = {name: f"elib.cli.{name}:app" for name in ("run", "send", "record", "world", "lab")} | {
-    "et": "elib.records.et.subcommand:app"
-}
+APPS = {name: f"elib.cli.{name}:app" for name in ("run", "send", "record", "world", "lab", "et")}
 """The commands that have sub-commands, or help pages of their own: where their parsers are."""
 
 PAGE_OPTIONS = ("--help", "-h", "--version")

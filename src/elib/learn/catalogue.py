@@ -85,12 +85,14 @@ def variable_of(file: Path, variable: str) -> object:
 def _module_of(file: Path) -> ModuleType:
     if not file.is_file():
         raise ArgumentError(f"there is no file {file}", hint="give the path of a Python file, FILE.py:NAME")
-    return run_file(ModuleType(file.stem), file, file.read_bytes())
+    return run_file(ModuleType(f"elib.given.{file.stem}"), file, file.read_bytes())
 
 
 def run_file(module: ModuleType, file: Path, source: str | bytes) -> ModuleType:
     """Run a Python file of the user as a module, and return it; the file can import what lies beside it."""
     module.__file__ = str(file)
+    before = sys.modules.get(module.__name__)
+    sys.modules[module.__name__] = module  # while it runs: its data classes look there for the types of their fields
     sys.path.insert(0, str(file.parent))
     try:
         exec(compile(source, str(file), "exec", dont_inherit=True), vars(module))
@@ -108,3 +110,5 @@ def run_file(module: ModuleType, file: Path, source: str | bytes) -> ModuleType:
         raise ArgumentError(f"{place} fails: {error!r}", hint="run it with Python to see where") from error
     finally:
         sys.path.remove(str(file.parent))
+        if before is None:
+            sys.modules.pop(module.__name__, None)  # other processes do not have it, and get its functions by value

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from elib.base.browser import show_page
 from elib.base.extras import check_web
 from elib.simulator.emulator.control import Control
-from elib.simulator.physics import Snapshot, World
+from elib.simulator.physics import World
 
 if TYPE_CHECKING:
     from elib.panel.panel import Panel
@@ -38,31 +38,8 @@ class _Shown(Control):
     def __init__(self, world: World) -> None:
         clock = SimpleNamespace(is_paused=False, rate=1.0, refusal="the program that learns runs this world")
         names = tuple(f"epuck-{index + 1}" for index in range(world.robots))
-        super().__init__(cast("Simulation", SimpleNamespace(clock=clock, robots={}, names=names)))
-        parts = world.laid_out()
-        self._world = SimpleNamespace(floor=world.floor, laid_out=lambda: parts)
-        self.see(world)
-
-    def see(self, world: World) -> None:
-        """Take over how the world is now."""
-        self._seen, self._ambient = world.snapshot(beams=True), world.ambient
-        robots = range(world.robots)
-        self._world.encoders = [world.encoders(robot) for robot in robots].__getitem__
-        self._world.zones_of = [world.zones_of(robot) for robot in robots].__getitem__
-
-    @property
-    def world(self) -> World:
-        """What the page asks of a world beside its snapshot."""
-        return cast("World", self._world)
-
-    @property
-    def ambient(self) -> float:
-        """What the infrared sensors read in the room's light, counts."""
-        return self._ambient
-
-    def snapshot(self, *, beams: bool = False) -> Snapshot:
-        """Return the world as the program showed it last."""
-        return self._seen
+        shown = SimpleNamespace(clock=clock, robots={}, names=names, world=world, catch_up=lambda: None)
+        super().__init__(cast("Simulation", shown))
 
     def keep(self) -> None:
         """Keep nothing: the world does not go back."""
@@ -82,7 +59,10 @@ class LiveView:
         self._page = contextlib.ExitStack()
 
     def show(self, world: World, *, is_new: bool = False) -> None:
-        """Show the world as it is now, of a new episode or not, and wait until its time has come."""
+        """Show the world as it is now, of a new episode or not, and wait until its time has come.
+
+        It belongs to the page from now on: it must be a copy.
+        """
         if self._panel is None:
             self._open(world)
         else:
@@ -104,7 +84,7 @@ class LiveView:
         if is_new or not isinstance(shown, _Shown):
             panel.worlds[""] = _Shown(world)
         else:
-            shown.see(world)
+            shown.simulation.world = world
         now = self._loop.time()
         self._due = max(self._due + self._period, now)  # a program that was late is not hurried afterwards
         await asyncio.sleep(self._due - now)

@@ -257,10 +257,14 @@ def _toml(document: Mapping[str, Mapping[str, object]]) -> str:
     parts = ["# A study of elib evolve: everything that decides its result. The same command goes on with it."]
     for name, table in document.items():
         if table:
-            # What JSON writes of a text or a number is TOML too.
-            lines = [f"{key if key.isidentifier() else json.dumps(key)} = {json.dumps(table[key])}" for key in table]
+            lines = [f"{key if key.isidentifier() else _value(key)} = {_value(value)}" for key, value in table.items()]
             parts.append("\n".join([f"[{name}]", *lines]))
     return "\n\n".join(parts) + "\n"
+
+
+def _value(value: object) -> str:
+    """Return a text or a number: what JSON writes of it is TOML too, unless it escapes the letters."""
+    return json.dumps(value, ensure_ascii=False)
 
 
 def _compare(folder: Path, there: Mapping[str, Mapping[str, Any]], now: Mapping[str, Mapping[str, Any]]) -> None:

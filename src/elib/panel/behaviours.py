@@ -35,6 +35,7 @@ from elib.behaviours import (
 )
 from elib.link.session import Channel
 from elib.panel.drivelock import DriveLock
+from elib.panel.events import EventLog
 from elib.panel.interlock import Bridge, Interlock, ProxiedRobot
 from elib.panel.machine import RunningMachine
 from elib.robot.aio import Epuck
@@ -57,6 +58,7 @@ class Host(Protocol):
     """What a behaviour needs of the place that it runs in: who drives the robot, the robot, and its event log."""
 
     drive: DriveLock
+    log: EventLog
 
     @property
     def robot(self) -> Epuck:
@@ -65,9 +67,6 @@ class Host(Protocol):
     @property
     def machine(self) -> RunningMachine:
         """What a page shows of the states of the behaviour."""
-
-    def note(self, text: str, *, kind: str = "note", is_bad: bool = False) -> None:
-        """Add a line to the event log."""
 
 
 class RunPhase(enum.Enum):
@@ -151,7 +150,7 @@ class BehaviourRunner:
         self.phase = RunPhase.RUNNING
         self.lines.clear()
         self.line_count = 0
-        self._slot.note(f"{what.name} begins", kind="state")
+        self._slot.log.note(f"{what.name} begins", "state")
         self._task = self._loop.create_task(
             self._run(what, ProxiedRobot(robot, interlock), interlock, context, chosen),
             name=f"elib behaviour {what.name}",
@@ -166,7 +165,7 @@ class BehaviourRunner:
             self._interlock.pause()
             self.phase, self.reason = RunPhase.PAUSED, reason
             self._slot.drive.halt()
-            self._slot.note(f"{self.name}: {reason}", kind="state")
+            self._slot.log.note(f"{self.name}: {reason}", "state")
 
     def resume(self) -> None:
         """Continue the behaviour: the wheels turn again as before, as soon as the stop is confirmed.
@@ -175,7 +174,7 @@ class BehaviourRunner:
         """
         if self.is_held:
             self.is_held, self.phase, self.reason = False, RunPhase.IDLE, ""
-            self._slot.note(f"{self.name} may drive again", kind="state")
+            self._slot.log.note(f"{self.name} may drive again", "state")
             return
         if self.phase is not RunPhase.PAUSED or self._interlock is None or self._going_on is not None:
             return
@@ -189,7 +188,7 @@ class BehaviourRunner:
         self.halt()
         self.name, self.state, self.error, self.reason = name, "", "", reason
         self.phase, self.is_held = RunPhase.PAUSED, True
-        self._slot.note(f"{name}: {reason}", kind="state")
+        self._slot.log.note(f"{name}: {reason}", "state")
 
     def halt(self, reason: str = "stopped") -> None:
         """End the behaviour and stop the robot, without waiting: no command of it reaches the robot any more."""
@@ -200,7 +199,7 @@ class BehaviourRunner:
         self._interlock.end()
         self._context.finish("stopped")
         self._slot.drive.halt()
-        self._slot.note(f"{self.name}: {reason}", kind="state")
+        self._slot.log.note(f"{self.name}: {reason}", "state")
 
     async def stop(self) -> None:
         """End the behaviour, and wait for its end for at most 10 s. Safe to repeat."""
@@ -259,10 +258,10 @@ class BehaviourRunner:
         self.reason = ""
         self.phase = RunPhase.ENDED if failure is None else RunPhase.FAILED
         if failure is None:
-            self._slot.note(f"{self.name} came to its end", kind="state")
+            self._slot.log.note(f"{self.name} came to its end", "state")
             return
         self.error = str(failure) if isinstance(failure, ElibError) else f"{type(failure).__name__}: {failure}"
-        self._slot.note(f"{self.name} failed: {self.error.partition(chr(10))[0]}", kind="state", is_bad=True)
+        self._slot.log.note(f"{self.name} failed: {self.error.partition(chr(10))[0]}", "state", is_bad=True)
         if self._slot.drive.may_move:
             self._slot.drive.halt()
 
@@ -296,11 +295,11 @@ class BehaviourRunner:
             await interlock.resume()
         except ElibError as error:
             self._slot.drive.halt()
-            self._slot.note(f"{self.name} cannot continue: {error.message}", kind="state", is_bad=True)
+            self._slot.log.note(f"{self.name} cannot continue: {error.message}", "state", is_bad=True)
         else:
             if self.phase is RunPhase.PAUSED:
                 self.phase, self.reason = RunPhase.RUNNING, ""
-                self._slot.note(f"{self.name} continues", kind="state")
+                self._slot.log.note(f"{self.name} continues", "state")
         finally:
             if self._going_on is asyncio.current_task():
                 self._going_on = None

@@ -11,14 +11,11 @@ from typing import TYPE_CHECKING, NamedTuple
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.plaintext import counted
 from elib.base.rules import number_from
-from elib.link.protocol import values as v
 from elib.link.protocol.context import Profile
-from elib.link.protocol.image import Image
 from elib.link.protocol.profiles import FIRMWARES
-from elib.link.protocol.quantities import CameraMode, Quantity
-from elib.panel.gauges import instruments, words
+from elib.link.protocol.quantities import Quantity
+from elib.link.protocol.words import to_text
 from elib.robot.actions import CatalogueEntry, catalogue
-from elib.robot.snapshot import SENSORS
 
 if TYPE_CHECKING:
     from elib.panel.slot import Slot
@@ -27,6 +24,8 @@ MAX_COMMAND = 200
 """Characters of a line."""
 MAX_SHOWN = 4000
 """Characters of an answer."""
+COLUMNS = 100
+"""Characters of a line of an answer."""
 MAX_COMPLETIONS = 60
 HELP = "help"
 _CALL = re.compile(r"\s*([A-Za-z_]\w*)\s*(.*?)\s*", re.DOTALL)
@@ -48,13 +47,13 @@ class ConsoleAnswer:
     is_bad: bool = False
 
 
-def parse(line: object) -> Call:
+def parse(line: str) -> Call:
     """Return what was typed as a command: ``set_speed 0.1 0.2``, ``set_speed(0.1, 0.2)``, ``text D,100,-100``.
 
     An ArgumentError says why it is none. Ranges are not checked here but before it is sent, because they depend on the
     firmware.
     """
-    if not isinstance(line, str) or len(line) > MAX_COMMAND or not line.strip().isprintable():
+    if len(line) > MAX_COMMAND or not line.strip().isprintable():
         raise ArgumentError(f"a command is one line of at most {MAX_COMMAND} characters")
     found = _CALL.fullmatch(line)
     if found is None:
@@ -74,9 +73,9 @@ def parse(line: object) -> Call:
     return Call(entry.name, tuple(map(number_from, arguments)))
 
 
-def complete(line: object, firmware: str = "") -> list[str]:
+def complete(line: str, firmware: str = "") -> list[str]:
     """Return whole lines that begin with *line*: names of a firmware's commands, then words that an argument may be."""
-    if not isinstance(line, str) or len(line) > MAX_COMMAND:
+    if len(line) > MAX_COMMAND:
         return []
     profile = FIRMWARES.get(firmware)
     typed = line.lstrip()
@@ -128,12 +127,12 @@ def overview(firmware: str = "") -> str:
     return "\n".join(lines)
 
 
-async def answer(slot: Slot, line: object, page: str = "") -> ConsoleAnswer:
+async def answer(slot: Slot, line: str, page: str = "") -> ConsoleAnswer:
     """Send what was typed to the robot and return the answer; an error is an answer, too.
 
     After a command that moves the robot, *page* drives it, and has to ``drive.beat``.
     """
-    typed = line.strip()[:MAX_COMMAND] if isinstance(line, str) else ""
+    typed = line.strip()[:MAX_COMMAND]
     try:
         head, _, rest = typed.partition(" ")
         if head.lower() in (HELP, "?"):
@@ -142,40 +141,12 @@ async def answer(slot: Slot, line: object, page: str = "") -> ConsoleAnswer:
         value = await slot.command(call.name, *call.arguments, page=page)
     except ElibError as error:
         return ConsoleAnswer(str(error)[:MAX_SHOWN], is_bad=True)
-    return ConsoleAnswer(result_text(value, slot.firmware)[:MAX_SHOWN] or "done")
+    return ConsoleAnswer(result_text(value))
 
 
-def result_text(value: object, firmware: str = "") -> str:
-    """Return the answer of a command in words; ``done`` if it says nothing else."""
-    match value:
-        case None:
-            return "done"
-        case str():
-            return value.strip() or "done"
-        case Image():
-            return f"{value.width} x {value.height} pixels, {value.mode.name}"
-        case v.Sensors():
-            known = {each.name: each for each in instruments(firmware)}
-            there = [name for name in SENSORS if getattr(value, name) is not None]
-            return "\n".join(f"{known[name].title}: {_words(getattr(value, name), firmware, name)}" for name in there)
-        case v.Version():
-            return " ".join(value.text.split())
-        case v.CameraSettings():
-            mode = CameraMode(value.mode).name if value.mode in set(CameraMode) else str(value.mode)
-            return f"{value.width} x {value.height} pixels, zoom {value.zoom}, {mode}, {value.size} bytes"
-        case v.Reading():
-            return _words(value, firmware, v.reading_name(type(value)))
-        case list():
-            return ", ".join(f"0x{item:02x}" for item in value) or "none"
-        case int() | float():
-            return str(value)
-    shape: tuple[int, ...] = getattr(value, "shape", ())
-    return f"{' x '.join(map(str, shape))} numbers" if shape else str(value)
-
-
-def _words(value: v.Reading, firmware: str, name: str) -> str:
-    instrument = next(each for each in instruments(firmware) if each.name == name)
-    return ", ".join(" ".join(part for part in parts if part) for parts in words(instrument, value))
+def result_text(value: object) -> str:
+    """Return the answer of a command in words, as ``elib send`` prints it; ``done`` if it says nothing else."""
+    return to_text(value, COLUMNS).strip()[:MAX_SHOWN] or "done"
 
 
 def _entry(name: str) -> CatalogueEntry:

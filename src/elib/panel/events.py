@@ -19,6 +19,7 @@ KINDS = {
     "note": "Notes",
     "panel": "This page",
     "recorder": "Recording",
+    "agent": "Agent",
 }
 """The kinds of lines, with their titles."""
 KEPT = 500
@@ -48,11 +49,15 @@ class EventLog:
         self._loop = asyncio.get_running_loop()
         self._spoken = -math.inf
 
-    def note(self, kind: str, text: str, *, is_bad: bool = False) -> None:
+    def note(self, text: str, kind: str = "note", *, is_bad: bool = False) -> None:
         """Add a line."""
         text = text if len(text) <= MAX_TEXT else text[:MAX_TEXT] + " …"
         self.lines.append(Line(self.count, round(self._loop.time(), 6), kind, text, is_bad))
         self.count += 1
+
+    def since(self, number: int) -> list[Line]:
+        """Return the lines from a number on, as far as they are kept."""
+        return [line for line in self.lines if line.number >= number]
 
     def see(self, time: float, event: TraceEvent) -> None:
         """Add a line for what happened on the link, where it is worth one."""
@@ -62,17 +67,17 @@ class EventLog:
                 if error is None and (is_reading or self._is_chatter(time, request.name)):
                     return
                 text = "ok" if error is None else str(error).partition("\n")[0]
-                self.note("call", f"{request.text}: {text}", is_bad=error is not None)
+                self.note(f"{request.text}: {text}", "call", is_bad=error is not None)
             case Disconnected(error=error):
-                self.note("link", f"the link is down: {error.message}", is_bad=True)
+                self.note(f"the link is down: {error.message}", "link", is_bad=True)
             case Reconnected(gap=gap):
-                self.note("link", f"the link is back after {gap:.1f} s")
+                self.note(f"the link is back after {gap:.1f} s", "link")
             case ResetNoticed() | Greeted():
-                self.note("robot", "the robot has restarted", is_bad=True)
+                self.note("the robot has restarted", "robot", is_bad=True)
             case Noted(text=text, kind=kind):
-                self.note(kind, text)
+                self.note(text, kind)
             case Resynced(dropped=dropped):
-                self.note("link", f"the line was out of sync; {dropped} bytes were dropped")
+                self.note(f"the line was out of sync; {dropped} bytes were dropped", "link")
             case _:
                 pass
 

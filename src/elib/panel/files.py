@@ -27,7 +27,7 @@ class Folder:
         if not self.path.is_dir():
             raise ArgumentError(f"{str(path)!r} is not a folder", hint="make it first, or name another")
 
-    def file(self, name: object, suffix: str) -> Path:
+    def file(self, name: str, suffix: str) -> Path:
         """Return the path of a file of this folder.
 
         An ArgumentError says that it is not a plain name, has another ending, or that a link or a folder has that name.
@@ -56,7 +56,7 @@ class Folder:
                 return name
         raise AssertionError("numbers never end")
 
-    def new_file(self, name: object, suffix: str) -> Path:
+    def new_file(self, name: str, suffix: str) -> Path:
         """Return the path of a file that must not exist yet, as :meth:`file` does."""
         path = self.file(name, suffix)
         if path.exists():
@@ -64,10 +64,8 @@ class Folder:
         return path
 
 
-def plain_name(name: object, suffix: str) -> str:
+def plain_name(name: str, suffix: str) -> str:
     """Return *name* with its ending; an ArgumentError says that it is not the plain name of such a file."""
-    if not isinstance(name, str):
-        raise ArgumentError("the name of a file must be a text")
     text = name.strip()
     if not text:
         raise ArgumentError("the file has no name", hint=f"like run{suffix}")

@@ -11,7 +11,6 @@ from msgspec import Struct
 from elib.link.protocol import values as v
 from elib.link.protocol.context import Profile
 from elib.link.protocol.profiles import FIRMWARES
-from elib.link.protocol.words import in_digits
 from elib.robot.snapshot import SENSORS
 
 
@@ -26,15 +25,6 @@ class Instrument(Struct, frozen=True):
     high: float | None = None  # value of a full gauge, or None
     physical_unit: str = ""  # unit of physical; empty where the readings have no such values
     absent: str = ""  # why the firmware does not have the reading; empty if it has
-
-
-def words(instrument: Instrument, reading: object) -> tuple[tuple[str, str, str], ...]:
-    """Return label, number and unit of each value of a reading; ``?`` for a number that is not known."""
-    found = numbers(reading) if isinstance(reading, v.Reading) else [None] * len(instrument.labels)
-    return tuple(
-        (label, "?" if number is None else in_digits(number, 4), unit)
-        for label, number, unit in zip(instrument.labels, found, instrument.units, strict=False)
-    )
 
 
 @cache

@@ -18,7 +18,7 @@ from elib.base.tasks import Tasks
 from elib.link.transport import robots_of
 from elib.link.transport.url import parse_url
 from elib.panel.files import LOG, RECORDING, Folder
-from elib.panel.recents import RecentRobots
+from elib.panel.recents import RecentRobots, check_url
 from elib.panel.slot import Phase, Slot
 from elib.robot.aio import Epuck
 from elib.simulator.emulator.control import Control
@@ -26,8 +26,6 @@ from elib.simulator.worlds.files import gallery
 
 MAX_ROBOTS = 64
 """Robots that the panel has room for: two classes full."""
-MAX_URL = 500
-MAX_NAME = 80
 MAX_LABEL = 28
 """Characters of a name that fit on a tab."""
 MAX_FILES = 50
@@ -203,21 +201,25 @@ class Panel:
         slot = self._slots.get(key)
         return self.worlds.get(key) if slot is None else slot.control
 
-    def add(self, url: object, name: object = "", *, is_trusted: bool = False) -> str:
+    def add(self, url: str, *, is_trusted: bool = False) -> str:
         """Make a place for a robot, not yet connected, and return its key."""
+        return self._put(self._checked(url, is_trusted)).key
+
+    def _put(self, url: str, name: str = "") -> Slot:
+        """Make a place for a robot whose URL needs no check."""
         if len(self._slots) >= MAX_ROBOTS:
             raise ArgumentError(f"the panel has {MAX_ROBOTS} robots, and room for no more")
-        slot = Slot(self._url(url, is_trusted), name=_line("the name", name, MAX_NAME), key=str(self._number + 1))
+        slot = Slot(url, name=name, key=str(self._number + 1))
         self._number += 1
         self._slots[slot.key] = slot
-        return slot.key
+        return slot
 
-    def add_all(self, url: object, *, is_trusted: bool = False) -> list[str]:
+    def add_all(self, url: str, *, is_trusted: bool = False) -> list[str]:
         """Make a place for each robot of a URL, as :meth:`add` does for one: a URL of a world may have several robots.
 
         LinkNotFound says that there is no such world.
         """
-        text = self._url(url, is_trusted)
+        text = self._checked(url, is_trusted)
         urls = [text] if parse_url(text).scheme != "sim" else [str(each) for each in robots_of(text)]
         if len(self._slots) + len(urls) > MAX_ROBOTS:
             raise ArgumentError(f"{text} has {len(urls)} robots; the panel has room for {MAX_ROBOTS} in all")
@@ -225,18 +227,20 @@ class Panel:
         self._asked |= dict.fromkeys(keys, text)
         return keys
 
-    def _url(self, url: object, is_trusted: bool) -> str:
-        text = _line("the URL", url, MAX_URL)
+    def _checked(self, url: str, is_trusted: bool) -> str:
+        """Return a URL that was typed; an ArgumentError says what is wrong with it."""
+        text = url.strip()
+        check_url(text)
         if self.is_shared and not is_trusted:
             _refuse_files(text)
         return text
 
-    def add_recording(self, name: object) -> str:
+    def add_recording(self, name: str) -> str:
         """Make a place for a recording of the folder, and return its key; an ArgumentError says that there is none."""
         path = self.folder.file(name, RECORDING)
         if not path.exists():
             raise ArgumentError(f"there is no recording {path.name!r} in the folder")
-        return self.add(f"replay://{path}", path.name, is_trusted=True)
+        return self._put(f"replay://{path}", path.name).key
 
     def watch(self, robot: Epuck) -> Slot | None:
         """Make a place for a robot that a program has opened, and show what it tells the program; return the place.
@@ -246,7 +250,7 @@ class Panel:
         self.forget_watched()
         if len(self._slots) >= MAX_ROBOTS:
             return None
-        slot = self.slot(self.add(robot.url, "" if robot.name == robot.url else robot.name, is_trusted=True))
+        slot = self._put(robot.url, robot.name)
         slot.watch(robot)
         return slot
 
@@ -381,18 +385,6 @@ async def _part(slot: Slot) -> None:
         async with asyncio.timeout(PARTING):
             await slot.disconnect()
     await slot.drive.close()
-
-
-def _line(what: str, text: object, longest: int) -> str:
-    """Return a line of text that a page sent; an ArgumentError says that it is not a short one."""
-    if not isinstance(text, str):
-        raise ArgumentError(f"{what} is not a text")
-    text = text.strip()
-    if len(text) > longest:
-        raise ArgumentError(f"{what} has {len(text)} characters; it may have {longest}")
-    if not text.isprintable():
-        raise ArgumentError(f"{what} has characters that cannot be shown")
-    return text
 
 
 def _refuse_files(text: str) -> None:

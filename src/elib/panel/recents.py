@@ -61,7 +61,7 @@ class RecentRobots:
 
     def add(self, url: str) -> bool:
         """Remember a robot as the newest; return whether that was written. An ArgumentError refuses what is no URL."""
-        _check(url)
+        check_url(url)
         urls, is_damaged = self._read()
         return self._write([url, *(each for each in urls if each != url)][:MAX_KEPT], is_damaged)
 
@@ -86,7 +86,7 @@ class RecentRobots:
         urls: dict[str, None] = {}
         for each in found:
             with contextlib.suppress(ElibError):
-                _check(each)
+                check_url(each)
                 urls[str(each)] = None
         return list(urls)[:MAX_KEPT], False
 
@@ -102,7 +102,7 @@ class RecentRobots:
         return True
 
 
-def _check(url: object) -> None:
+def check_url(url: object) -> None:
     """Raise an ArgumentError if this is not the URL of a robot."""
     if not isinstance(url, str) or not url.strip() or len(url) > MAX_URL or not url.isprintable():
         raise ArgumentError(f"a robot's URL is one line of 1 to {MAX_URL} characters")

@@ -80,9 +80,9 @@ class Slot:
         self.log = EventLog()  # the event log
         self.machine = RunningMachine()
         # the log and the recording that are written of it
-        self.records = Records(lambda: self._robot, lambda text, is_bad: self.note(text, kind="panel", is_bad=is_bad))
+        self.records = Records(lambda: self._robot, lambda text, is_bad: self.log.note(text, "panel", is_bad=is_bad))
         # the newest readings, and where the robot was
-        self.watcher = ReadingsWatcher(lambda text: self.log.note("link", text, is_bad=True), self._lost)
+        self.watcher = ReadingsWatcher(lambda text: self.log.note(text, "link", is_bad=True), self._lost)
         self._parting: asyncio.Task[None] | None = None
         # the drive lock: who drives, and how
         self.drive = DriveLock(lambda *speeds: lifecycle.drive(self.robot, *speeds), lambda: lifecycle.stop(self.robot))
@@ -215,7 +215,7 @@ class Slot:
         self.phase = Phase.CONNECTED
         self.edition += 1
         robot.trace(self._see)
-        self.log.note("link", f"connected to {self.name} ({robot.firmware})")
+        self.log.note(f"connected to {self.name} ({robot.firmware})", "link")
         self.watcher.begin(robot)
         self._follow_viewers()
         return True
@@ -229,14 +229,14 @@ class Slot:
             return False
         playback.on_reading = self.watcher.note
         playback.on_pose = self.watcher.put
-        playback.on_line = lambda kind, text, is_bad: self.log.note(kind, text, is_bad=is_bad)
+        playback.on_line = lambda kind, text, is_bad: self.log.note(text, kind, is_bad=is_bad)
         playback.on_program = self.machine.see
         self._playback = playback
         self.machine.forget()
         self.watcher.forget()
         self.phase = Phase.PLAYING
         self.edition += 1
-        self.log.note("panel", f"playing {playback.recording.name} ({self.firmware})")
+        self.log.note(f"playing {playback.recording.name} ({self.firmware})", "panel")
         self._tasks.begin(self._follow(playback), "elib panel plays")
         return True
 
@@ -244,7 +244,7 @@ class Slot:
         """Play a recording to its end."""
         try:
             await playback.play()
-            self.log.note("panel", f"{playback.recording.name} is over")
+            self.log.note(f"{playback.recording.name} is over", "panel")
         except ElibError as error:
             self._fail(error)
         else:
@@ -297,14 +297,14 @@ class Slot:
             if error is None:
                 self.drive.note_rest(self.drive.move_count)
             else:
-                self.log.note("link", error.message, is_bad=True)
+                self.log.note(error.message, "link", is_bad=True)
         await self.runner.stop()
         self.records.stop()
         if robot is not None:
-            self.log.note("link", f"disconnected from {self.name}")
+            self.log.note(f"disconnected from {self.name}", "link")
             if self.drive.may_move:
                 warning = f"{self.name} did not confirm that it stands: it may still be moving"
-                self.log.note("link", warning, is_bad=True)
+                self.log.note(warning, "link", is_bad=True)
         if self.phase is not Phase.FAILED:
             self.phase = Phase.DISCONNECTED
         self.readings.clear()
@@ -322,7 +322,7 @@ class Slot:
     def _fail(self, error: ElibError) -> None:
         self.error = error
         self.phase = Phase.FAILED
-        self.log.note("link", self.error.message, is_bad=True)
+        self.log.note(self.error.message, "link", is_bad=True)
         self._doctor = self._tasks.begin(self._ask_doctor(), "elib panel asks the doctor")
 
     async def _ask_doctor(self) -> None:
@@ -360,7 +360,7 @@ class Slot:
         robot, self._robot = self._robot, None
         self.runner.halt()
         self.drive.detach()
-        self.log.note("link", error.message, is_bad=True)
+        self.log.note(error.message, "link", is_bad=True)
         if robot is not None:
             self._tasks.begin(robot.close(), "elib panel closes")
         self.edition += 1
@@ -493,10 +493,6 @@ class Slot:
                 self.drive.invalidate()
             case _:
                 pass
-
-    def note(self, text: str, *, kind: str = "note", is_bad: bool = False) -> None:
-        """Add a line to the event log."""
-        self.log.note(kind, text, is_bad=is_bad)
 
 
 def may_drive(name: str, arguments: tuple[object, ...]) -> bool:

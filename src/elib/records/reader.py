@@ -70,6 +70,7 @@ class Transfer:
 FACTS: tuple[tuple[str, Any, str], ...] = (
     ("began", Finite, "when it began"),
     ("seed", Annotated[int, msgspec.Meta(ge=0)] | None, "which seed its world has"),
+    ("robots", Annotated[int, msgspec.Meta(ge=1)] | None, "how many robots its world has"),
     ("robot_index", Integer | None, "which robot of its world it was"),
     ("calls_before", Integer | None, "how many calls were before it"),
     ("robot", str, "which robot it was"),

@@ -10,7 +10,6 @@ from __future__ import annotations
 import asyncio
 import functools
 import itertools
-import weakref
 from bisect import bisect_left
 from collections import deque
 from dataclasses import dataclass, field
@@ -140,7 +139,6 @@ class ReplayTransport(BufferedTransport):
         self.tells_counters = any(each.data == b"Q\r" for each in opening)  # older versions of elib did not ask
         self._expected = memoryview(b"")
         self._request = Transfer(0.0, True, b"")
-        self._before = bytearray()
         self._late = 0.0
         self._due: deque[tuple[float, bytes]] = deque()
         self._timer: asyncio.TimerHandle | None = None
@@ -255,16 +253,17 @@ class ReplayTransport(BufferedTransport):
         return time - self._replay.script.began
 
 
-_REPLAYS: weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[str, Replay]] = weakref.WeakKeyDictionary()
+_REPLAYS: dict[tuple[asyncio.AbstractEventLoop, str], Replay] = {}
+"""The recordings that are played, by the event loop and the URL, until they are forgotten."""
 
 
 def open_recording(url: Url) -> ReplayTransport:
     """Open a recording as a robot on the running event loop: from the start, or again after a lost link."""
     name = str(url)
-    replays = _REPLAYS.setdefault(asyncio.get_running_loop(), {})
-    replay = replays.get(name)
+    key = asyncio.get_running_loop(), name
+    replay = _REPLAYS.get(key)
     if replay is None:
-        replay = replays[name] = Replay(Script.of(Recording(Path(url.target))), name)
+        replay = _REPLAYS[key] = Replay(Script.of(Recording(Path(url.target))), name)
         held = lease_of(name, replay.loop)
         if held is not None:
             held.on_end.append(lambda: _forget(replay))
@@ -281,9 +280,9 @@ def _lateness(late: float) -> float:
 
 
 def _forget(replay: Replay) -> None:
-    replays = _REPLAYS.get(replay.loop, {})
-    if replays.get(replay.url) is replay:
-        del replays[replay.url]
+    key = replay.loop, replay.url
+    if _REPLAYS.get(key) is replay:
+        del _REPLAYS[key]
 
 
 def _missing(recording: Recording) -> str:

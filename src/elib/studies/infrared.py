@@ -67,9 +67,7 @@ class CurveFit:
     """The fitted infrared sensors."""
 
     infrared: Infrared  # curve, noise, gains and offsets
-    delay: float  # age of a reading at its time, s
     nearest: float  # least distance at which something was read, m; below it the curve has the shape of the usual one
-    readings: int  # number of readings that were fitted
     error: float  # root mean square of predicted minus read counts, of readings that were not fitted
     near_error: float  # root mean square error of such readings more than NEAR above the open, as a share of them
 
@@ -108,9 +106,7 @@ def fit_curve(depths_at: Callable[[float], tuple[Numbers, Numbers]], read: Numbe
     seen = depth[..., 0][(read - model.levels > NEAR) & (read < SATURATED)]
     return CurveFit(
         model.infrared(),
-        float(model.unknowns[-1]),
         float(seen.min()) if len(seen) else REACH,
-        int(is_kept.sum()) * COUNT,
         float(np.sqrt(np.mean(off**2))),
         float(np.sqrt(np.mean((off[is_near] / aim[fits][is_near]) ** 2))) if is_near.any() else math.nan,
     )
@@ -138,10 +134,9 @@ class _Model:
         """What each sensor reads in the open, counts."""
         return self.unknowns[len(KNOTS) + COUNT : -1]
 
-    def predict(self, unknowns: Numbers, noise: float, depth: Numbers | None = None) -> tuple[Numbers, Numbers]:
+    def predict(self, unknowns: Numbers, noise: float) -> tuple[Numbers, Numbers]:
         """Return the expected value of each reading, counts, and its derivatives by all unknowns except the age."""
-        found, shares = self._depths_at(float(unknowns[-1]))
-        depth = found if depth is None else depth
+        depth, shares = self._depths_at(float(unknowns[-1]))
         bends, gains = unknowns[: len(KNOTS)], np.exp(unknowns[len(KNOTS) : len(KNOTS) + COUNT])
         below = np.clip(np.searchsorted(KNOTS, depth, side="right") - 1, 0, len(KNOTS) - 2)
         part = (depth - KNOTS[below]) / (KNOTS[below + 1] - KNOTS[below])

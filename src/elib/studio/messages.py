@@ -5,13 +5,12 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable
-from typing import Annotated, Literal, Union, get_type_hints
+from typing import Annotated, Literal, get_type_hints
 
 from msgspec import Meta
-from msgspec.json import Decoder
 
 from elib.panel.server import messages as panel
-from elib.panel.server.conversation import Connection, Decoded, Message, Table, decoded, message_of
+from elib.panel.server.conversation import Connection, Message, Table, decoder_of, message_of
 from elib.panel.server.page import Page
 from elib.studio.labs import LabNews, Report
 from elib.studio.program import Output, ProgramNews
@@ -149,14 +148,9 @@ for each in EDITS.values():
 TOLD = (Output, ProgramNews)
 """What only this page is told."""
 
-_DECODER: Decoder[Message] = Decoder(Union[(*panel.MESSAGES.values(), *MESSAGES.values())])
+decode = decoder_of((*panel.MESSAGES.values(), *MESSAGES.values()))
 
 
 def factor(speed: float) -> float:
     """Return how many times faster than the clock a speed is."""
     return speed or math.inf
-
-
-def decode(text: str) -> Decoded:
-    """Return the number of a message, and what the page said; of a wrong message, what is wrong with it."""
-    return decoded(_DECODER, text)

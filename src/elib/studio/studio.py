@@ -11,7 +11,6 @@ from elib.base.timebase import outside
 from elib.behaviours import StateChanged
 from elib.link.transport import parse_url
 from elib.panel.panel import Can, Panel
-from elib.panel.recents import RecentRobots
 from elib.panel.server.conversation import Told
 from elib.panel.slot import Slot
 from elib.robot.aio import Epuck, on_open
@@ -64,7 +63,7 @@ class Studio:
         begin: Callable[[Callable[[], None]], object],
         folder: Path,
     ) -> None:
-        self.panel = Panel(can=Can(edit=True), folder=folder, recents=RecentRobots(None))
+        self.panel = Panel(can=Can(edit=True), folder=folder)
         self._begin, self._loop = begin, asyncio.get_event_loop()
         self._simulation: Simulation | None = None
         self._lab = ""

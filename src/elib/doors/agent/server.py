@@ -63,7 +63,7 @@ class Journal:
         line = f"{name[:80]} {asked}: {said}"
         driver = self._tools.drivers.get(str(arguments.get("robot", next(iter(self._tools.drivers)))))
         if driver is not None:
-            driver.slot.note(line, kind="agent", is_bad=result.is_error)
+            driver.slot.log.note(line, "agent", is_bad=result.is_error)
         self._complaints.say(f"elib agent: {line}")
         if self._file is None:
             return

@@ -110,10 +110,8 @@ class Topics:
 
     def _tell_lines(self) -> None:
         """Publish the new lines of the event log that no message of the link has told."""
-        log = self._slot.log
-        new = min(log.count - self._lines, len(log.lines))
-        self._lines = log.count
-        for line in list(log.lines)[len(log.lines) - new :]:
+        new, self._lines = self._slot.log.since(self._lines), self._slot.log.count
+        for line in new:
             if self._tap is None or line.kind not in OF_THE_LINK:
                 self._put(
                     (line.time, Noted(line.text, line.kind, messages.ERROR if line.is_bad else messages.INFORMATION))

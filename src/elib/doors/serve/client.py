@@ -173,7 +173,7 @@ class Client(Caller):
         self._halts[slot] = slot.drive.stop_count
         self._mind(slot)
         if before != self.key:
-            slot.note(f"{self._name or self.key} drives {connected.name}")
+            slot.log.note(f"{self._name or self.key} drives {connected.name}")
 
     @DOOR_MESSAGES.request()
     def leave(self, robot: Robot = "") -> None:
@@ -351,9 +351,8 @@ class Client(Caller):
         while True:
             await asyncio.sleep(EVENT_PERIOD * time_factor())
             for key, slot in tuple(self.panel.slots.items()):
-                seen, count = told.get(slot, 0), slot.log.count
-                new = list(slot.log.lines)[-(count - seen) :] if count > seen else []
-                for number, line in enumerate(new, count - len(new)):
+                seen = told.get(slot, 0)
+                for line in slot.log.since(seen):
                     if self.is_behind:
                         break
                     event = answers.Event(
@@ -362,9 +361,9 @@ class Client(Caller):
                         kind=line.kind,
                         text=line.text,
                         is_bad=line.is_bad,
-                        missed=number - seen,
+                        missed=line.number - seen,
                     )
-                    seen = number + 1
+                    seen = line.number + 1
                     await self.tell(event)
                 told[slot] = seen
 

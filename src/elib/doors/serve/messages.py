@@ -8,15 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from difflib import get_close_matches
 from inspect import Parameter
-from typing import Annotated, Union
+from typing import Annotated
 
 from msgspec import Meta
-from msgspec.json import Decoder
 
 from elib.doors.serve.client import DOOR_MESSAGES, Client, Robot
 from elib.link.protocol.profiles import FIRMWARES, rule
 from elib.link.protocol.quantities import Quantity
-from elib.panel.server.conversation import Decoded, Message, Result, decoded, message_of
+from elib.panel.server.conversation import Message, Result, decoder_of, message_of
 from elib.robot.actions import CatalogueEntry, catalogue
 
 
@@ -87,8 +86,6 @@ NAMES = tuple(MESSAGES)
 MOTIONS = ("go", "turn", "go_to")
 """What programs ask for that is not a command of the robot: elib drives it step by step, in Python."""
 
-_DECODER: Decoder[Message] = Decoder(Union[tuple(MESSAGES.values())])  # noqa: UP007  # a tuple of types has no |
-
 
 def _hint(do: object) -> str:
     if not isinstance(do, str) or not do:
@@ -103,6 +100,4 @@ def _hint(do: object) -> str:
     return f"did you mean {near[0]!r}?" if near else "elib serve --schema prints every message"
 
 
-def decode(text: str) -> Decoded:
-    """Return the number of a message, and what a program said; of a wrong message, what is wrong with it."""
-    return decoded(_DECODER, text, _hint)
+decode = decoder_of(MESSAGES.values(), _hint)

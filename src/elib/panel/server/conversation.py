@@ -23,6 +23,7 @@ from typing import (
     ClassVar,
     Protocol,
     TypeVar,
+    Union,
     cast,
     get_args,
     get_origin,
@@ -140,22 +141,28 @@ class _Numbered(Struct):
 _NUMBERED = Decoder(_Numbered)
 
 
-def decoded(decoder: Decoder[Any], text: str, hint: Callable[[object], str] = lambda do: "") -> Decoded:
-    """Return the number of a message, or 0, and what was said; of a wrong message, what is wrong with it.
+def decoder_of(kinds: Iterable[type[Message]], hint: Callable[[object], str] = lambda do: "") -> Decode:
+    """Return the function that decodes a message of some kinds.
 
-    *hint* gives what to try, from what stands at ``do``.
+    It returns the number of a message, or 0, and what was said; of a wrong message, what is wrong with it. *hint* gives
+    what to try, from what stands at ``do``.
     """
-    try:
-        message = decoder.decode(text)
-    except (msgspec.DecodeError, RecursionError) as error:
-        said = re.sub(r"\s+", " ", str(error))[:200] or "nested too deeply"
+    decoder: Decoder[Message] = Decoder(Union[tuple(kinds)])  # noqa: UP007  # a tuple of types has no |
+
+    def decode(text: str) -> Decoded:
         try:
-            wrong = _NUMBERED.decode(text)
-        except (msgspec.DecodeError, RecursionError):
-            wrong = _Numbered()
-        number = wrong.id if type(wrong.id) is int and 0 <= wrong.id <= MAX_ID else 0
-        return number, ArgumentError(f"this is not a message of the protocol: {said}", hint=hint(wrong.do))
-    return message.id, message
+            message = decoder.decode(text)
+        except (msgspec.DecodeError, RecursionError) as error:
+            said = re.sub(r"\s+", " ", str(error))[:200] or "nested too deeply"
+            try:
+                wrong = _NUMBERED.decode(text)
+            except (msgspec.DecodeError, RecursionError):
+                wrong = _Numbered()
+            number = wrong.id if type(wrong.id) is int and 0 <= wrong.id <= MAX_ID else 0
+            return number, ArgumentError(f"this is not a message of the protocol: {said}", hint=hint(wrong.do))
+        return message.id, message
+
+    return decode
 
 
 class Told(Struct, tag_field="type"):

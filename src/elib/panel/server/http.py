@@ -170,7 +170,7 @@ async def served(
 
     Args:
         panel: The panel.
-        address: A bound port; it is closed at the end.
+        address: Its port, which is closed at the end.
         token: What a browser is asked for before it sees anything; None asks for nothing.
         door: One more address for programs.
         students: What the students of a class see without the token, each at ``/student/KEY``.

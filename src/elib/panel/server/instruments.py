@@ -8,7 +8,7 @@ it as text, never as HTML.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
@@ -47,7 +47,6 @@ class CameraLimits(Struct):
     """What pictures a camera can take, and how long one holds the line."""
 
     zooms: tuple[int, ...] | None  # the zoom factors that work; None if every factor works whose window fits
-    bytes: int  # the most bytes of pixels: a grey one has one, a coloured one two
     capture: float = lifecycle.CAPTURE_TIME  # s until the first byte
     byte: float = lifecycle.BITS_PER_BYTE / BAUD  # s for each byte
 
@@ -63,8 +62,6 @@ class Scheme(Struct):
     camera: CameraLimits | None = None  # what can be set of the camera; None for nothing
     coloured: list[int] = []  # the LEDs whose colour can be set
     sounds: tuple[str, ...] = ()  # what sounds 1, 2 and so on are called
-    # where the selector must stand when the robot starts, and what it then talks through
-    talks_at: Mapping[int, str] = {}
 
 
 class DiagnosedStep(Struct):
@@ -74,12 +71,6 @@ class DiagnosedStep(Struct):
     state: Literal["ok", "warning", "failed", "skipped"]
     detail: str
     fix: str
-
-
-class Doctor(Struct):
-    """What the doctor found."""
-
-    steps: list[DiagnosedStep]
 
 
 class Drive(Struct):
@@ -191,14 +182,6 @@ class MachineState(Struct):
     previous_state: str
 
 
-class RecorderState(Struct):
-    """The recording that is written."""
-
-    path: str
-    bytes: int
-    messages: int
-
-
 class Tick(Struct):
     """What changes ten times a second; distances are those to a white wall, m, and null where nothing is seen."""
 
@@ -206,7 +189,7 @@ class Tick(Struct):
     phase: PhaseName
     phase_text: str
     error: Trouble | None
-    doctor: Doctor | None
+    doctor: list[DiagnosedStep] | None
     drive: Drive
     readings: dict[str, Reading]
     lamps: Lamps
@@ -219,7 +202,7 @@ class Tick(Struct):
     lines: Lines
     link: LinkStats | None
     log: str | None
-    recorder: RecorderState | None
+    recorder: int | None  # bytes of the recording that is written; 0 before the robot is connected
     playback: Playing | None
     machine: MachineState | None
     live: float | None
@@ -228,14 +211,12 @@ class Tick(Struct):
 class Summary(Struct):
     """The part of a tick that an overview of many robots draws."""
 
-    url: str
     phase: PhaseName
     phase_text: str
     error: str | None
     may_move: bool
     driver: str
     behaviour: str
-    pose: Pose | None
     distances: list[float | None]
     battery: float | None
     stale: bool
@@ -261,12 +242,11 @@ def scheme(slot: Slot) -> Scheme:
     if profile is None:
         return found
     if "set_camera" not in profile.absent:
-        found.camera = CameraLimits(profile.zooms, profile.picture_bytes)
+        found.camera = CameraLimits(profile.zooms)
     if "set_rgb_led" not in profile.absent:
         found.coloured = [led for led in RGB_LEDS if led != profile.status_led]
     if "play_sound" not in profile.absent:
         found.sounds = profile.sounds
-    found.talks_at = profile.talks_at
     return found
 
 
@@ -283,7 +263,7 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> Tick:
         phase=slot.phase.name.lower(),
         phase_text=slot.phase.value,
         error=None if slot.error is None else Trouble.of(slot.error),
-        doctor=None if slot.diagnosis is None else msgspec.convert(slot.diagnosis, Doctor, from_attributes=True),
+        doctor=_doctor(slot),
         drive=Drive(
             drive.driver, round(left, 5), round(right, 5), round(drive.limit, 5), drive.may_move, drive.trouble
         ),
@@ -310,14 +290,12 @@ def summary(slot: Slot) -> Summary:
     battery = slot.readings.get("battery")
     statistics = slot.statistics
     return Summary(
-        url=slot.url,
         phase=slot.phase.name.lower(),
         phase_text=slot.phase.value,
         error=None if slot.error is None else slot.error.message,
         may_move=slot.drive.may_move,
         driver=slot.drive.driver,
         behaviour=slot.runner.name if slot.runner.is_active else "",
-        pose=_pose(slot),
         distances=_distances(slot),
         battery=battery.fraction if isinstance(battery, v.Battery) else None,
         stale=slot.is_stale("proximity"),
@@ -488,8 +466,13 @@ def _log(slot: Slot) -> str | None:
     return log.armed or (None if log.file is None else log.file.target)
 
 
-def _recorder(slot: Slot) -> RecorderState | None:
+def _doctor(slot: Slot) -> list[DiagnosedStep] | None:
+    found = slot.diagnosis
+    return None if found is None else msgspec.convert(found.steps, list[DiagnosedStep], from_attributes=True)
+
+
+def _recorder(slot: Slot) -> int | None:
     recording = slot.records.recording
     if recording.file is None:
-        return RecorderState(recording.armed, 0, 0) if recording.armed else None
-    return RecorderState(str(recording.file.path), recording.file.size, recording.file.messages)
+        return 0 if recording.armed else None
+    return recording.file.size

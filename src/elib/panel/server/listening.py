@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from elib.base.errors import LinkBusy, LinkError
 from elib.base.rules import PORT_NUMBER
-from elib.simulator.emulator.loopback import LOOPBACK, PORTS, bound, joined, reachable, refusal
+from elib.simulator.emulator.loopback import LOOPBACK, PORTS, bound, joined, reachable
 
 PORT = 8700
 """The first port to try where none is named; the next ones follow."""
@@ -54,19 +54,9 @@ def listen(host: str = LOOPBACK, port: int | None = None, option: str = "--port"
         ) from None
     is_shared = not ipaddress.ip_address(str(where[0]).partition("%")[0]).is_loopback
     tried = range(first, first + PORTS) if port is None else (port,)
+    hint = "is that an address of this computer? 0.0.0.0 means all of them"
     for number in tried:
         with contextlib.suppress(LinkBusy):
-            return Address(_listening(str(where[0]), number), host, is_shared)
+            return Address(bound(str(where[0]), number, hint=hint), host, is_shared)
     taken = f"port {port} of {host} is" if port is not None else f"the ports {first} to {first + PORTS - 1} are"
     raise LinkBusy(f"{taken} taken", hint=f"choose another with {option}, or 0 for a free one")
-
-
-def _listening(host: str, port: int) -> socket.socket:
-    hint = "is that an address of this computer? 0.0.0.0 means all of them"
-    sock = bound(host, port, hint=hint)
-    try:
-        sock.listen()
-    except OSError as error:
-        sock.close()
-        raise refusal(error, host, port, hint=hint) from error
-    return sock

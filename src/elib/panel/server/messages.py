@@ -9,10 +9,9 @@ from __future__ import annotations
 import asyncio
 import inspect
 from collections.abc import Awaitable, Callable, Mapping, Sequence
-from typing import Annotated, Literal, Union, get_type_hints
+from typing import Annotated, Literal, get_type_hints
 
 from msgspec import Meta, Struct
-from msgspec.json import Decoder
 
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import write_file
@@ -21,7 +20,7 @@ from elib.panel import console
 from elib.panel.behaviours import BehaviourRunner, source_of
 from elib.panel.files import LOG, MAP, RECORDING, WORLD
 from elib.panel.panel import FileList, check_standing
-from elib.panel.server.conversation import Answer, Decoded, Error, Failure, Message, Table, Told, decoded, message_of
+from elib.panel.server.conversation import Answer, Error, Failure, Message, Table, Told, decoder_of, message_of
 from elib.panel.server.page import Hello, OverviewStream, Page, RobotStream, Stream, StudyStream, Update, Wish
 from elib.panel.server.world import Change, NewScene, Readings, ReadingsStream, WorldStream
 from elib.simulator.emulator.control import ORDERS
@@ -194,7 +193,7 @@ async def command(
     """Send one command of the table."""
     slot = page.panel.slot(robot)
     value = await slot.command(name, *arguments, page=page.key)
-    return console.result_text(value, slot.firmware)[: console.MAX_SHOWN]
+    return console.result_text(value)
 
 
 @request("drive", name="console")
@@ -442,9 +441,4 @@ for order in ORDERS:
 TOLD: tuple[type[Told], ...] = (Hello, Update, NewScene, Change, Readings, Answer, Failure, Error)
 """What a page is told."""
 
-_DECODER: Decoder[Message] = Decoder(Union[tuple(MESSAGES.values())])  # noqa: UP007  # a tuple of types has no |
-
-
-def decode(text: str) -> Decoded:
-    """Return the number of a message, and what a page said; of a wrong message, what is wrong with it."""
-    return decoded(_DECODER, text)
+decode = decoder_of(MESSAGES.values())

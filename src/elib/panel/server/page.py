@@ -24,7 +24,7 @@ from elib.panel.server.pictures import WorldInfo, world_list
 from elib.simulator.drawing.robot import LED_ANGLES
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.control_server import time_factor
-from elib.simulator.physics.body import HEIGHT, RADIUS
+from elib.simulator.physics.body import HEIGHT
 from elib.simulator.physics.optics import ABOVE
 
 MAX_STREAMS = 128
@@ -54,7 +54,6 @@ class Ring(Struct):
 class Body(Struct):
     """The robot in m: its body, its wheels, the infrared sensors' distance from the axis, and its camera."""
 
-    radius: float = RADIUS
     height: float = HEIGHT
     axle: float = AXLE
     wheel: float = WHEEL_DIAMETER

@@ -94,7 +94,6 @@ class Floor(Struct):
     """The painted floor, if there is a picture of it; without a colour, it is bare linoleum."""
 
     colour: str | None
-    picture: bool
     width: float
     depth: float
 
@@ -275,7 +274,7 @@ def scene(control: Control, snapshot: Snapshot, own: int | None) -> Scene:
         depth=snapshot.depth,
         walls=_walls(snapshot),
         blocks=[Block(each.points, each.height, str(each.colour)) for each in snapshot.polygons],
-        floor=Floor(colour, bool(floor.columns), floor.columns * scale, floor.rows * scale),
+        floor=Floor(colour, floor.columns * scale, floor.rows * scale),
         robots=len(snapshot.robots),
         radius=max((robot.radius for robot in snapshot.robots), default=0.0),
         boxes=[_box(box) for box in snapshot.boxes],

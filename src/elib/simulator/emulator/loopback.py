@@ -23,7 +23,7 @@ PORTS = 20
 
 
 def bind(place: str, port: int) -> socket.socket:
-    """Return a socket that is bound to a port of this computer and does not listen yet.
+    """Return a socket that listens on a port of this computer.
 
     Args:
         place: ``HOST:PORT`` or ``PORT``, port 0 for any free one; empty for the first free one from *port* on.
@@ -109,7 +109,7 @@ def reachable(host: str) -> str:
 
 
 def bound(host: str, port: int, *, hint: str = "") -> socket.socket:
-    """Return a socket that is bound to an address of this computer and does not listen yet.
+    """Return a socket that listens on an address of this computer, so that no other program can have its port.
 
     Args:
         host: The address.
@@ -126,6 +126,7 @@ def bound(host: str, port: int, *, hint: str = "") -> socket.socket:
         if sys.platform != "win32":  # there it would let two programs share a port
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         sock.bind((host, port))
+        sock.listen()
     except OSError as error:
         sock.close()
         raise refusal(error, host, port, hint=hint) from error

@@ -54,18 +54,19 @@ class Field(NamedTuple):
 
     name: str = ""  # the field; empty for all
     scale: float = 1.0  # how large its unit is in that of the figures
-    most: int | None = None  # how many of its numbers, if not all
+    most: int | None = None  # how many of its numbers; None where firmwares have more or fewer
 
 
 FIELDS = {
-    "accelerometer": Field("g", 768.0),
-    "gyroscope": Field("rad_per_s", math.degrees(1)),
-    "magnetometer": Field(scale=1e6),
-    "distance": Field("metres", 1000.0),
+    "proximity": Field(most=8),
+    "accelerometer": Field("g", 768.0, 3),
+    "gyroscope": Field("rad_per_s", math.degrees(1), 3),
+    "magnetometer": Field(scale=1e6, most=3),
+    "distance": Field("metres", 1000.0, 1),
     "ground": Field("counts", most=3),
     "microphones": Field("counts"),
 }
-"""By the readings, if not all their numbers are measured as they are. The units: counts of 768 a g, degrees/s,
+"""By the readings. The units: counts of 768 a g, degrees/s,
 microtesla, mm. Some robots add the cliff sensors to those of the ground."""
 
 SENSORS, EMPTY = b"\x02", b"\x03"
@@ -302,7 +303,7 @@ class Bench:
 
     async def readings(self, name: str, count: int, period: float = 0.0) -> Numbers:
         """Return *count* readings, a row each, asked for every *period* s, or one after the other."""
-        ask, field = getattr(self.robot, name), FIELDS.get(name, Field())
+        ask, field = getattr(self.robot, name), FIELDS[name]
         found = []
         for _ in range(count):
             began = self.robot.time

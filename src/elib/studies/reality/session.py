@@ -182,8 +182,11 @@ class Recorded(bench.Bench):
         taken = [each.data for each in self._recording.entries(PICTURES.name) if begin <= each.time < end]
         if len(taken) < 2 or taken[0]["encoding"] != "rgb8":
             raise bench.NotMeasured
+        shape = taken[0]["height"], taken[0]["width"], 3
         pixels = [np.frombuffer(base64.b64decode(each["data"]), np.uint8) for each in taken]
-        return bench.as_sent(np.array(pixels).reshape(len(taken), taken[0]["height"], taken[0]["width"], 3))
+        if min(shape) < 1 or any(each.size != math.prod(shape) for each in pixels):
+            raise bench.NotMeasured
+        return bench.as_sent(np.array(pixels).reshape(len(taken), *shape))
 
     async def packets(self) -> list[float]:
         """Return the times of all packets without a picture while it stood."""
@@ -209,15 +212,18 @@ class Recorded(bench.Bench):
             NotMeasured: There are few, or the robot has no such sensor.
         """
         if name not in self._readings:
-            field, skipped = bench.FIELDS.get(name, bench.Field()), skipped_fields()
-            entries = [*self._recording.entries(READINGS.name + name)]
-            rows = [
-                np.atleast_1d(each.data[field.name] if field.name else [*numbers_in(each.data, skipped).values()])
-                for each in entries
-            ]
+            field, skipped = bench.FIELDS[name], skipped_fields()
+            read = []
+            for each in self._recording.entries(READINGS.name + name):
+                data = {field.name: each.data.get(field.name)} if field.name else each.data
+                numbers = numbers_in(data, () if field.name else skipped)
+                read.append((each.time, [*numbers.values()][: field.most]))
+            # A reading of a stranger's recording may lack numbers.
+            count = field.most or max((len(row) for _, row in read), default=0)
+            whole = [(time, row) for time, row in read if len(row) == count]
             self._readings[name] = (
-                np.array([each.time for each in entries]),
-                field.scale * np.array([each[: field.most] for each in rows], float),
+                np.array([time for time, _ in whole]),
+                field.scale * np.array([row for _, row in whole], float),
             )
         (times, found), (begin, end) = self._readings[name], self._part(part, ramp)
         chosen = (times >= begin) & (times < end)
@@ -228,7 +234,7 @@ class Recorded(bench.Bench):
     def _ways(self) -> tuple[bench.Numbers, bench.Numbers]:
         """Return times and how far it had backed away then, m."""
         entries = [*self._recording.entries(READINGS.name + "encoders")]
-        begin, end = self._parts["driving"]
+        begin, end = self._part("driving", 0.0)
         at = [each.time for each in entries if begin <= each.time < end]
         steps = [each.data["left"] + each.data["right"] for each in entries if begin <= each.time < end]
         ways = -METRES_PER_STEP / 2 * (np.array(steps, float) - steps[0]) if steps else np.zeros(0)

@@ -54,7 +54,6 @@ class Examination:
     opening_time: float = 0.0  # time that opening took, s
     exchange: Exchange | None = None  # what was received before anything relied on the protocol; None before the check
     session: Session | None = None  # the robot's session once the robot was recognised; None before
-    round_trip: float = 0.0  # median of the round trips, s; 0 where none was measured
     _was_tried: bool = field(default=False, repr=False)
 
     @property

@@ -100,11 +100,11 @@ async def round_trip(examination: Examination) -> CheckResult:
     usual, slow = f"Bluetooth link takes {_ms(THESIS_TRIP)}", here(SLOW)
     if examination.codec == "wifi":
         usual, slow = f"Wi-Fi link takes {_ms(WIFI_TRIP)}", WIFI_SLOW
-    examination.round_trip, longest = quantile(trips, 0.5), max(trips)
-    detail = f"median {_ms(examination.round_trip)}, {_ms(longest)} at most, of {len(trips) + lost} proximity readings"
+    median, longest = quantile(trips, 0.5), max(trips)
+    detail = f"median {_ms(median)}, {_ms(longest)} at most, of {len(trips) + lost} proximity readings"
     if lost:
         return CheckResult(f"{detail}; {lost} lost", slow)
-    if examination.round_trip > SLOW_TRIP or longest > LATE_TRIP:
+    if median > SLOW_TRIP or longest > LATE_TRIP:
         return CheckResult(f"{detail}; a healthy {usual}", slow)
     return CheckResult(detail)
 

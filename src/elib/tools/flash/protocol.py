@@ -159,7 +159,7 @@ class Upload:
     def _fail(self, what: str, time: float) -> None:
         """Keep quiet until the bootloader has given up, and call it again."""
         where = -1 if self.phase is Phase.PARKING else self._place
-        at = "the first packet" if where < 0 else f"row {where + 1}"
+        at = "the first packet" if where < 0 else f"row {min(where + 1, len(self._packets))}"
         self.failures.append(f"{at}: {what}")
         self._in_a_row = self._in_a_row + 1 if where == self._failed_at else 1
         self._failed_at = where
