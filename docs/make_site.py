@@ -23,7 +23,7 @@ ROOT = DOCS.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "release")]
 
 from hatch_build import NoPage  # noqa: E402
-from try_links import with_links  # noqa: E402
+from try_links import LABS, with_links  # noqa: E402
 
 import studio  # noqa: E402
 
@@ -93,6 +93,8 @@ OUTSIDE = {
 
 def page_of(path: Path, anchor: str) -> tuple[str, str]:
     """Return the page of the site, and the anchor on it, for a file or folder of the project."""
+    if path.is_relative_to(LABS) and path.suffix == ".svg":
+        return f"images/labs/{path.parent.name}.svg", ""
     if path == DOCS / "decisions":
         return "index.md", "#decisions"
     if path.is_relative_to(DOCS):
@@ -163,7 +165,7 @@ def stage(folder: Path, *, has_studio: bool = False) -> None:
     """Write the sources of the site into *folder*; with the studio, programs have links that open them there."""
     nav = [{"Start": ["index.md"]}, *navigation()]
     docs = folder / "docs"
-    for path in sorted(DOCS.rglob("*")):
+    for path in sorted([*DOCS.rglob("*"), *LABS.glob("*/world.svg")]):
         name = page_of(path, "")[0]
         if path.suffix == ".md":
             text = path.read_text(encoding="utf-8")

@@ -16,7 +16,7 @@ FILE = re.compile(r"[\w-]+\.toml\b")
 STUDIO = "studio/index.html"
 """Where the site has the studio."""
 PROGRAM = re.compile(r"(?P<needs><!-- needs [^\n]*-->\n+)?^```python\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
-LAB = re.compile(r"^!\[[^]]*\]\(images/labs/(?P<name>[\w-]+)\.svg\)$", re.MULTILINE)
+LAB = re.compile(r"^!\[[^]]*\]\(\.\./src/elib/lab/labs/(?P<name>[\w-]+)/world\.svg\)$", re.MULTILINE)
 NOT_THERE = (
     "elib.cli",
     "elib.doors",

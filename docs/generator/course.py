@@ -23,19 +23,14 @@ def shown() -> str:
     for name in shipped_labs():
         lab = load_lab(name)
         goals = "\n".join(f"- `{goal.name}`: {goal.sentence}" for goal in lab.goals)
-        parts.append(f"### {lab.title}\n\n![{lab.summary}](images/labs/{name}.svg)\n\n{goals}")
+        parts.append(f"### {lab.title}\n\n![{lab.summary}](../src/elib/lab/labs/{name}/{PICTURE})\n\n{goals}")
     return "\n\n".join(parts)
 
 
 def pictures() -> dict[Path, str]:
-    """Return the picture of each lab by its path, for the documents and for the lab's own folder."""
-    found = {}
-    for name in shipped_labs():
-        lab = load_lab(name)
-        drawn = draw_lab(lab)
-        found[Path(__file__).parents[1] / f"images/labs/{name}.svg"] = drawn
-        found[lab.folder / PICTURE] = drawn
-    return found
+    """Return the picture of each lab by its path."""
+    labs = [load_lab(name) for name in shipped_labs()]
+    return {lab.folder / PICTURE: draw_lab(lab) for lab in labs}
 
 
 def anchor(lab: Lab) -> str:
