@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -152,10 +151,7 @@ def test_whatever_is_damaged_the_tables_stay_tables(examples: int, path: Path, t
     holds()
 
 
-@dataclass(frozen=True)
-class Sent:
-    topic: str
-    data: dict[str, Any]
+Sent = tuple[str, dict[str, Any]]
 
 
 def rows(*messages: Sent) -> tuple[dict[str, Any], int]:
@@ -167,12 +163,12 @@ def rows(*messages: Sent) -> tuple[dict[str, Any], int]:
 def test_a_reading_with_other_fields_is_left_out_and_counted() -> None:
     near = {**fields_of(elib.Proximity(time=1.0)), "time": 1.0}
     found, misfits = rows(
-        Sent("/readings/proximity", near),
-        Sent("/readings/proximity", {"time": 2.0, "front_left": [[1]]}),
-        Sent("/readings/proximity", {**near, "left": "text"}),
-        Sent("/readings/../../evil", {"time": 1.0}),
-        Sent("/readings/calls", {"time": 1.0}),
-        Sent("/readings/" + "x" * 300, {"time": 1.0}),
+        ("/readings/proximity", near),
+        ("/readings/proximity", {"time": 2.0, "front_left": [[1]]}),
+        ("/readings/proximity", {**near, "left": "text"}),
+        ("/readings/../../evil", {"time": 1.0}),
+        ("/readings/calls", {"time": 1.0}),
+        ("/readings/" + "x" * 300, {"time": 1.0}),
     )
     assert {name: len(table["time"]) for name, table in found.items()} == {"proximity": 1}
     assert misfits == 5
@@ -180,13 +176,13 @@ def test_a_reading_with_other_fields_is_left_out_and_counted() -> None:
 
 def test_a_gap_in_whole_numbers_is_nan() -> None:
     near = fields_of(elib.Proximity(time=1.0))
-    found, _ = rows(*(Sent("/readings/proximity", {**near, "left": left}) for left in (3, None)))
+    found, _ = rows(*(("/readings/proximity", {**near, "left": left}) for left in (3, None)))
     assert found["proximity"]["proximity_left"].tolist() == [3.0, pytest.approx(np.nan, nan_ok=True)]
 
 
 def test_a_long_text_does_not_make_all_others_of_its_column_as_wide() -> None:
     data = {"time": 1.0, "name": "note", "event": "", "level": 2}
-    found, _ = rows(*(Sent("/notes", {**data, "message": text}) for text in ("x" * 500_000, *["short"] * 40)))
+    found, _ = rows(*(("/notes", {**data, "message": text}) for text in ("x" * 500_000, *["short"] * 40)))
     assert found["notes"]["text"].tolist() == ["x" * 500_000, *["short"] * 40]
     assert found["notes"]["text"].nbytes < 1000
     assert found["notes"]["kind"].dtype.kind == "U"
@@ -202,13 +198,13 @@ def test_a_long_text_does_not_make_all_others_of_its_column_as_wide() -> None:
     ],
 )
 def test_the_arguments_of_a_call_are_what_stands_in_its_parentheses(command: str, text: str, arguments: str) -> None:
-    found, _ = rows(Sent("/calls", {"time": 1.0, "call": 1, "command": command, "text": text}))
+    found, _ = rows(("/calls", {"time": 1.0, "call": 1, "command": command, "text": text}))
     assert found["calls"]["arguments"].tolist() == [arguments]
 
 
 def test_calls_come_in_their_order_and_those_without_an_end_come_last() -> None:
     def call(number: int) -> Sent:
-        return Sent("/calls", {"time": float(number), "call": number, "command": "stop", "text": "stop()"})
+        return ("/calls", {"time": float(number), "call": number, "command": "stop", "text": "stop()"})
 
     def end(number: int, time: float) -> Sent:
         data = {
@@ -220,7 +216,7 @@ def test_calls_come_in_their_order_and_those_without_an_end_come_last() -> None:
             "waited": 0.5,
             "round_trip": None,
         }
-        return Sent("/outcomes", data)
+        return ("/outcomes", data)
 
     found, _ = rows(end(0, 0.7), call(1), call(2), call(3), end(2, 3.5), end(1, 4.0))
     assert found["calls"]["call"].tolist() == [0, 1, 2, 3]

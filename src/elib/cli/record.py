@@ -148,7 +148,7 @@ def mend(file: Existing, /, *, output: Output = None) -> None:
     """
     done = repair(file, output)
     health = done.health
-    if health.is_complete and not health.damaged:
+    if health.is_whole:
         say(f"{file} is complete; nothing was lost")
     else:
         lost = f"{health.damaged} damaged pieces inside and the last {done.lost} bytes of {Path(file).stat().st_size}"
@@ -175,8 +175,9 @@ def export_tables(
     names = [name.replace("-", "_") for name in tables]
     done = export(read_recording(file), Path(csv or parquet or ""), format_name, names, replace=replace)
     print(table([("file", "rows"), *((str(path), str(count)) for path, count in done.rows.items())], indent=0))
-    if not done.is_complete:
-        say(f"{file} is not complete: {done.damaged} damaged pieces were left out; all that is whole was exported")
+    if not done.health.is_whole:
+        lost = done.health.damaged
+        say(f"{file} is not complete: {lost} damaged pieces were left out; all that is whole was exported")
     if done.misfits:
         say(f"{done.misfits} readings were left out: they have other fields than the first one of their kind")
     if done.pictures:

@@ -18,7 +18,6 @@ import platform
 import reprlib
 import signal
 import socket
-import sys
 import threading
 import time
 import traceback
@@ -35,7 +34,7 @@ from urllib.parse import urlsplit
 import elib
 from elib.base.errors import ArgumentError, ElibError, LinkError, LinkLost, LinkNotFound, Unsupported, about
 from elib.base.extras import install
-from elib.base.plaintext import plain
+from elib.base.plaintext import say
 from elib.base.rules import Whole
 
 LOOPBACK = "127.0.0.1"
@@ -62,11 +61,6 @@ ONE_THREAD = dict.fromkeys(
 """The environment of workers: there is one for each core, and more threads would only disturb each other."""
 
 Job = tuple[Any, ...]
-
-
-def print_message(text: str) -> None:
-    """Print a message on stderr."""
-    print(plain(text), file=sys.stderr, flush=True)
 
 
 class Executor(ABC):
@@ -99,7 +93,7 @@ class Executor(ABC):
 
 @contextlib.contextmanager
 def open_executor(
-    workers: int | None = None, cluster: str | None = None, *, tell: Callable[[str], object] = print_message
+    workers: int | None = None, cluster: str | None = None, *, tell: Callable[[str], object] = say
 ) -> Iterator[Executor]:
     """Open what runs the jobs: this process, if neither workers nor a cluster are named.
 

@@ -2,23 +2,12 @@
 
 from __future__ import annotations
 
-from elib.base.errors import ArgumentError
-from elib.link.protocol.values import AmbientLight, Distance, Ground, Microphones, Proximity, Reading, Role, describe
+from elib.link.protocol.values import READING_TYPES, Role, describe
 from elib.simulator.physics.observing import Channel
 from elib.simulator.physics.sensors.acceleration import RANGE
 
 FASTEST_TURN = 5.0
 """rad/s. A little more than an e-puck reaches on the spot, 4.86 rad/s at 1000 steps/s."""
-
-
-READINGS: dict[str, type[Reading]] = {
-    "proximity": Proximity,
-    "ambient_light": AmbientLight,
-    "ground": Ground,
-    "microphones": Microphones,
-    "distance": Distance,
-}
-"""The sensors whose numbers are those of a command's reading."""
 
 
 def channels_of(sensor: str) -> tuple[Channel, ...]:
@@ -27,11 +16,9 @@ def channels_of(sensor: str) -> tuple[Channel, ...]:
         return tuple(Channel(f"{sensor}_{axis}", "m/s2", -RANGE, RANGE) for axis in ("forward", "left", "up"))
     if sensor == "rotation":
         return (Channel(sensor, "rad/s", -FASTEST_TURN, FASTEST_TURN),)
-    if sensor not in READINGS:
-        raise ArgumentError(f"no environment knows the sensor {sensor!r}")
     channels = tuple(
         Channel(f"{sensor}_{name}", info.unit, float(info.low or 0), float(info.high or 0))
-        for info in describe(READINGS[sensor], Role.NUMBER)
+        for info in describe(READING_TYPES[sensor], Role.NUMBER)
         for name in info.names or (info.name,)
     )
     return (channels[0]._replace(name=sensor),) if sensor == "distance" else channels

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import contextlib
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from elib.base.errors import ArgumentError
 from elib.base.files import reason_of
 from elib.records.et.formats import Writer, writing
 from elib.records.et.table import Header, Table
 from elib.records.mcapreader import Health
-from elib.records.reader import Entry, Recording
+from elib.records.reader import Recording
 from elib.records.tables import FIXED, Tabulator, topics_of
 from elib.records.topics import PICTURES, READINGS
 
@@ -28,17 +29,7 @@ class Exported:
     rows: Counter[Path] = field(default_factory=Counter)  # number of rows by file
     pictures: int = 0  # number of pictures, which are not in the tables
     misfits: int = 0  # number of readings that were left out
-    healths: list[Health] = field(default_factory=list)  # state of each part of the recording
-
-    @property
-    def damaged(self) -> int:
-        """Number of chunks and messages that could not be read."""
-        return sum(health.damaged for health in self.healths)
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether every part was closed properly and is not damaged."""
-        return not self.damaged and all(health.is_complete for health in self.healths)
+    health: Health = field(default_factory=Health)  # state of the recording
 
 
 def export(
@@ -81,7 +72,7 @@ def export(
         missing = [name for name in tables if name not in writers]
         if missing or not writers:
             there = recording.table_names()
-            none = "has no rows" if done.is_complete else "was cut off or damaged before its first whole chunk"
+            none = "has no rows" if done.health.is_whole else "was cut off or damaged before its first whole chunk"
             raise ArgumentError(
                 f"{recording.name} {f'has no table {missing[0]!r} with rows' if there else none}",
                 hint=f"it has {', '.join(there)}" if there else "elib record info FILE shows what it has",
@@ -89,15 +80,12 @@ def export(
     return done
 
 
-def _messages(recording: Recording, tables: Sequence[str], done: Exported) -> Iterator[Entry]:
+def _messages(recording: Recording, tables: Sequence[str], done: Exported) -> Iterator[tuple[str, Mapping[str, Any]]]:
     """Yield the messages that the tables are made of, and note in *done* what else there is."""
     topics = topics_of(tables) if tables else [READINGS.name, PICTURES.name, *topics_of(FIXED)]
-    for path in recording.paths:
-        health = Health()
-        done.healths.append(health)
-        for entry in recording.entries_of(path, *topics, health=health):
-            done.pictures += entry.topic == PICTURES.name
-            yield entry
+    for entry in recording.entries(*topics, health=done.health):
+        done.pictures += entry.topic == PICTURES.name
+        yield entry.topic, entry.data
 
 
 def _make_room(path: Path, *, replace: bool) -> None:

@@ -36,6 +36,11 @@ class Health:
     messages: int = 0  # number of messages that could be read
     ends_at: int = 0  # number of bytes of the file that could be read
 
+    @property
+    def is_whole(self) -> bool:
+        """Whether the file was closed properly and is not damaged."""
+        return self.is_complete and not self.damaged
+
 
 def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iterator[McapRecord]:
     """Yield the records of an MCAP file, also those inside chunks, as far as they are whole.

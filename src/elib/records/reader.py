@@ -139,11 +139,10 @@ class Recording:
             cut_off += not health.is_complete
         health.is_complete = not cut_off
 
-    def entries_of(self, path: Path, *topics: str, health: Health | None = None) -> Iterator[Entry]:
+    def entries_of(self, path: Path, *topics: str, health: Health) -> Iterator[Entry]:
         """Yield the messages of one part; see :meth:`entries`."""
         from mcap.records import Channel, Message
 
-        health = Health() if health is None else health
         wanted: dict[int, tuple[str, Decoder[Any]]] = {}
         for record in records_of(path, health):
             if isinstance(record, Channel):
@@ -171,7 +170,8 @@ class Recording:
         """
         tabulator = Tabulator(self.about)
         batches: dict[str, list[list[Row]]] = {}
-        for name, rows in tabulator.batches(self.entries(*topics_of(names or (*FIXED, "")))):
+        entries = self.entries(*topics_of(names or (*FIXED, "")))
+        for name, rows in tabulator.batches((entry.topic, entry.data) for entry in entries):
             batches.setdefault(name, []).append(rows)
         return {name: arrays(tabulator.columns[name], batches[name]) for name in names or batches if name in batches}
 
@@ -246,7 +246,7 @@ class Summary:
     @property
     def is_complete(self) -> bool:
         """Whether every part was closed properly and is not damaged."""
-        return all(part.health.is_complete and not part.health.damaged for part in self.parts)
+        return all(part.health.is_whole for part in self.parts)
 
     def rate(self, topic: str) -> float:
         """Return the messages of a topic per second of robot time; 0 if no time passed."""

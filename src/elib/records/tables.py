@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, TypeAlias, get_type_hints
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_type_hints
 
 from elib.link.protocol.values import READING_TYPES, FieldInfo, Reading, Role, describe
 from elib.records.encoding import MAX_FIELDS
@@ -78,20 +78,6 @@ _SOURCES: Mapping[str, tuple[str, ...]] = {
 _TABLES = {topic: name for name, topics in _SOURCES.items() for topic in topics}
 _LISTS = {"robot": "robots", "box": "boxes", "cylinder": "cylinders"}
 """The things of a world, and the lists of ``/world`` that hold them."""
-
-
-class AnyMessage(Protocol):
-    """A message of a recording."""
-
-    @property
-    def topic(self) -> str:
-        """Name of its topic."""
-        ...
-
-    @property
-    def data(self) -> Mapping[str, Any]:
-        """Its fields, which the reader has checked."""
-        ...
 
 
 @dataclass(slots=True)
@@ -167,11 +153,15 @@ class Tabulator:
         self._layouts: dict[str, _Layout] = {}
         self._open: dict[int, list[Cell]] = {}
 
-    def batches(self, messages: Iterable[AnyMessage]) -> Iterator[tuple[str, list[Row]]]:
-        """Yield the rows of all tables, many of one table at a time; the rows of a table come in their order."""
+    def batches(self, messages: Iterable[tuple[str, Mapping[str, Any]]]) -> Iterator[tuple[str, list[Row]]]:
+        """Yield the rows of all tables, many of one table at a time; the rows of a table come in their order.
+
+        Args:
+            messages: For each message its topic, and its fields, which the reader has checked.
+        """
         gathered: dict[str, list[Row]] = {}
-        for message in messages:
-            for name, row in self._rows(message.topic, message.data):
+        for topic, data in messages:
+            for name, row in self._rows(topic, data):
                 rows = gathered.setdefault(name, [])
                 rows.append(row)
                 if len(rows) == ROWS:
