@@ -31,38 +31,23 @@ End = tuple[Ending, str, int | None]
 
 @dataclass(frozen=True, slots=True)
 class VariantResult:
-    """What became of a program in one variant.
-
-    Attributes:
-        variant: The variant.
-        goals: What became of each goal.
-        ending: ``ended`` by itself, ``failed`` with an exit code or a signal, ``time`` or ``wall`` when the robot's or
-            the wall clock's time was over, ``broke`` the link's rules.
-        why: The same in words; empty for ``ended``.
-        exit_code: The exit code, if the program ended.
-        time: Robot time at the program's end, s.
-        paths: Where each robot was, a pose for each tick.
-        snapshot: The world at the end.
-        zones: The zones of the variant.
-        patches: The parts of the map that the program printed, if a goal is about that.
-        requests: How often each command was sent, if a goal asks for that.
-        output: What the program printed.
-        transcript: A digest of all that went over the link: equal runs have equal digests.
-    """
+    """What became of a program in one variant."""
 
     variant: Variant
-    goals: tuple[GoalResult, ...]
+    goals: tuple[GoalResult, ...]  # what became of each goal
+    # "ended" by itself, "failed" with an exit code or a signal, "time" or "wall" when the robot's or the wall clock's
+    # time was over, "broke" the link's rules
     ending: Ending
-    why: str
-    exit_code: int | None
-    time: float
-    paths: tuple[tuple[Pose, ...], ...]
-    snapshot: Snapshot
-    zones: tuple[Zone, ...]
-    patches: tuple[Patch, ...]
-    requests: Counter[str]
-    output: str
-    transcript: str
+    why: str  # the same in words; empty for "ended"
+    exit_code: int | None  # the exit code, if the program ended
+    time: float  # robot time at the program's end, s
+    paths: tuple[tuple[Pose, ...], ...]  # where each robot was, a pose for each tick
+    snapshot: Snapshot  # the world at the end
+    zones: tuple[Zone, ...]  # the zones of the variant
+    patches: tuple[Patch, ...]  # the parts of the map that the program printed, if a goal is about that
+    requests: Counter[str]  # how often each command was sent, if a goal asks for that
+    output: str  # what the program printed
+    transcript: str  # a digest of all that went over the link: equal runs have equal digests
 
     @property
     def passed(self) -> bool:

@@ -77,30 +77,19 @@ TROUBLES = (
 
 @dataclass(frozen=True, slots=True)
 class StageResult:
-    """What came of the runs of one stage.
+    """What came of the runs of one stage."""
 
-    Attributes:
-        name: Its name, such as ``wire asercom-1.2.2``.
-        about: What differs from the stage before, in a sentence.
-        runs: How many runs there were.
-        seeds: The seed of each run; empty on a robot.
-        fitness: The fitness of each run; empty where it cannot be measured.
-        is_solved: Whether each run reached the fitness that the task counts as a success.
-        lost: How many runs ended because the link failed for good.
-        interval: 95 % confidence interval of the mean fitness, by bootstrap.
-        ratio: Mean fitness over that in physics; nan if there is none, or that in physics is not above 0.
-        ratio_interval: 95 % confidence interval of the ratio. Runs with the same seed are drawn together.
-    """
-
-    name: str
-    about: str
-    runs: int
-    seeds: tuple[int, ...] = ()
-    fitness: tuple[float, ...] = ()
-    is_solved: tuple[bool, ...] = ()
-    lost: int = 0
-    interval: tuple[float, float] = (math.nan, math.nan)
+    name: str  # such as "wire asercom-1.2.2"
+    about: str  # what differs from the stage before, in a sentence
+    runs: int  # how many runs there were
+    seeds: tuple[int, ...] = ()  # the seed of each run; empty on a robot
+    fitness: tuple[float, ...] = ()  # the fitness of each run; empty where it cannot be measured
+    is_solved: tuple[bool, ...] = ()  # whether each run reached the fitness that the task counts as a success
+    lost: int = 0  # how many runs ended because the link failed for good
+    interval: tuple[float, float] = (math.nan, math.nan)  # 95 % confidence interval of the mean fitness, by bootstrap
+    # mean fitness over that in physics; nan if there is none, or that in physics is not above 0
     ratio: float = math.nan
+    # 95 % confidence interval of the ratio. Runs with the same seed are drawn together.
     ratio_interval: tuple[float, float] = (math.nan, math.nan)
 
     @property
@@ -116,19 +105,13 @@ class StageResult:
 
 @dataclass(frozen=True, slots=True)
 class Sensitivity:
-    """How the fitness falls as one trouble grows.
-
-    Attributes:
-        trouble: The trouble.
-        stages: A stage for each value.
-        values: The value of each stage. The first one is what the worlds of the task have.
-        limit: Where the mean fitness falls below 80 % of that in physics, interpolated between two values that were
-            tried; infinite if it never does, 0 if it is below already without the trouble.
-    """
+    """How the fitness falls as one trouble grows."""
 
     trouble: Trouble
-    values: tuple[float, ...]
-    stages: tuple[StageResult, ...]
+    values: tuple[float, ...]  # the value of each stage. The first one is what the worlds of the task have.
+    stages: tuple[StageResult, ...]  # a stage for each value
+    # where the mean fitness falls below 80 % of that in physics, interpolated between two values that were tried;
+    # infinite if it never does, 0 if it is below already without the trouble
     limit: float
 
     @property

@@ -37,24 +37,15 @@ UNASKED = (STARTED, SELECTOR)
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """An answer in some bytes from the robot.
+    """An answer in some bytes from the robot."""
 
-    Attributes:
-        answer: The expected answer that it is.
-        kind: ``ANSWER``, ``GREETING``, ``MALFORMED``, ``HALF`` if something else interrupts it; None while more of its
-            lines may follow.
-        start: Where it begins; noise is before it.
-        end: Where it ends.
-        value: Its value.
-        problem: What is wrong with it.
-    """
-
-    answer: ExpectedAnswer
+    answer: ExpectedAnswer  # the expected answer that it is
+    # ANSWER, GREETING, MALFORMED, HALF if something else interrupts it; None while more of its lines may follow
     kind: Kind | None
-    start: int
-    end: int
+    start: int  # where it begins; noise is before it
+    end: int  # where it ends
     value: object = None
-    problem: str = ""
+    problem: str = ""  # what is wrong with it
 
 
 def find(waiting: Sequence[ExpectedAnswer], window: bytes, line: int, context: Context) -> Found | None:

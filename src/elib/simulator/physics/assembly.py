@@ -99,25 +99,15 @@ def fans(rays: int, profile: profiles.Profile) -> list[records.Fan]:
 
 @dataclass
 class Solids:
-    """Everything solid of a scene.
+    """Everything solid of a scene."""
 
-    Attributes:
-        walls: The edge, interior walls, sides of fixed boxes, sides of pushable ones.
-        discs: Fixed cylinders, then pushable ones.
-        things: What can be pushed, boxes first.
-        box_things: For each box its thing, or -1 if it is fixed.
-        cylinder_things: The same of the cylinders.
-        fixed_walls: How many walls are fixed.
-        fixed_discs: How many cylinders are fixed.
-    """
-
-    walls: list[records.Segment]
-    discs: list[records.Disc]
-    things: list[records.Thing]
-    box_things: list[int]
-    cylinder_things: list[int]
-    fixed_walls: int
-    fixed_discs: int
+    walls: list[records.Segment]  # the edge, interior walls, sides of fixed boxes, sides of pushable ones
+    discs: list[records.Disc]  # fixed cylinders, then pushable ones
+    things: list[records.Thing]  # what can be pushed, boxes first
+    box_things: list[int]  # for each box its thing, or -1 if it is fixed
+    cylinder_things: list[int]  # the same of the cylinders
+    fixed_walls: int  # how many walls are fixed
+    fixed_discs: int  # how many cylinders are fixed
 
     @classmethod
     def of(cls, scene: Scene, boxes: Sequence[Box], cylinders: Sequence[Cylinder], faces: Faces) -> Solids:

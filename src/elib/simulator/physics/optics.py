@@ -31,17 +31,11 @@ all 640 columns. webots: 0.84 rad over 52 columns of 8. The sources lie between 
 
 
 class Chip(NamedTuple):
-    """How the camera of one generation shows things, the mean of those that were measured.
+    """How the camera of one generation shows things, the mean of those that were measured."""
 
-    Attributes:
-        level: How bright, in units of the colours that things have.
-        colour: How much of their saturation colours keep; brightness and hue stay as they are.
-        noise: Deviation of the noise of red, green and blue in each pixel, counts, before they are rounded to 5, 6 and
-            5 bits.
-    """
-
-    level: float
-    colour: float
+    level: float  # how bright, in units of the colours that things have
+    colour: float  # how much of their saturation colours keep; brightness and hue stay as they are
+    # deviation of the noise of red, green and blue in each pixel, counts, before they are rounded to 5, 6 and 5 bits
     noise: tuple[float, float, float]
 
 

@@ -27,17 +27,11 @@ MAX_ENTRIES = 20  # A thing stands in this many cells on average, or the cells a
 
 @dataclass(frozen=True, slots=True)
 class Taken:
-    """A named start that is not free.
+    """A named start that is not free."""
 
-    Attributes:
-        robot: Which one, from 0.
-        what: What is in its way.
-        hint: How to mend it.
-    """
-
-    robot: int
-    what: str
-    hint: str
+    robot: int  # which one, from 0
+    what: str  # what is in its way
+    hint: str  # how to mend it
 
 
 def places(scene: Scene, count: int | None, seed: int) -> tuple[Pose, ...]:

@@ -77,19 +77,12 @@ LOST, DISTANCE, BEARING, ORDER = range(4)
 
 
 class Heard(NamedTuple):
-    """The newest message of another robot.
+    """The newest message of another robot."""
 
-    Attributes:
-        distance: From the middle of this robot to the middle of the other one, m.
-        bearing: Where the other one is, rad, 0 ahead, positive to the left.
-        message: What it said.
-        time: When it was heard, s since the start of the world.
-    """
-
-    distance: float
-    bearing: float
-    message: bytes
-    time: float
+    distance: float  # from the middle of this robot to the middle of the other one, m
+    bearing: float  # where the other one is, rad, 0 ahead, positive to the left
+    message: bytes  # what it said
+    time: float  # when it was heard, s since the start of the world
 
 
 def check_message(message: object) -> None:

@@ -39,33 +39,19 @@ _Lit = TypeVar("_Lit", Light, Sound)
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """What a world was at one moment: :meth:`~elib.simulator.physics.world.World.go_back` makes it so again.
+    """What a world was at one moment: :meth:`~elib.simulator.physics.world.World.go_back` makes it so again."""
 
-    Attributes:
-        time: When it was, s since the start.
-        scene: With the walls and the boxes that there were.
-        boxes: As they were laid out.
-        cylinders: The same.
-        lights: Lamps.
-        sounds: Sources of sound.
-        ambient: The room's light, counts.
-        robots: Where each robot stood.
-        things: Where each thing that can move was, and how it moved.
-        zones: The state of each zone.
-        lives: Energy, score, zones and pen of each robot.
-    """
-
-    time: float
-    scene: Scene
-    boxes: tuple[Box, ...]
-    cylinders: tuple[Cylinder, ...]
+    time: float  # s since the start
+    scene: Scene  # with the walls and the boxes that there were
+    boxes: tuple[Box, ...]  # as they were laid out
+    cylinders: tuple[Cylinder, ...]  # the same
     lights: tuple[Light, ...]
     sounds: tuple[Sound, ...]
-    ambient: float
-    robots: list[tuple[float, ...]]
-    things: list[tuple[float, ...]]
-    zones: list[tuple[float, ...]]
-    lives: list[tuple[float, ...]]
+    ambient: float  # the room's light, counts
+    robots: list[tuple[float, ...]]  # where each robot stood
+    things: list[tuple[float, ...]]  # where each thing that can move was, and how it moved
+    zones: list[tuple[float, ...]]  # the state of each zone
+    lives: list[tuple[float, ...]]  # energy, score, zones and pen of each robot
 
 
 class State:

@@ -84,46 +84,27 @@ class FiguresRule(Rule):
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Whose robots they were.
+    """Whose robots they were."""
 
-    Attributes:
-        key: Its name in facts.
-        where: Where it was published: repository and commit, or address.
-        date: When.
-        robot: What robots.
-        robots: How many, at least.
-    """
-
-    key: Key
-    where: Line
-    date: Line
-    robot: Line
-    robots: Annotated[int, Whole(0, 10_000)]
+    key: Key  # its name in facts
+    where: Line  # where it was published: repository and commit, or address
+    date: Line  # when
+    robot: Line  # what robots
+    robots: Annotated[int, Whole(0, 10_000)]  # how many, at least
 
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """One measurement on real robots, or a statement about them.
+    """One measurement on real robots, or a statement about them."""
 
-    Attributes:
-        key: Its name, which the source code cites.
-        source: Keys of its sources, with commas.
-        kind: One of :data:`KINDS`.
-        n: How many robots, sensors or readings.
-        conditions: How it was measured.
-        confidence: ``high``, ``middle`` or ``low``.
-        reason: Why the confidence is what it is.
-        says: What it says, if that is not a quantity to compare.
-    """
-
-    key: Key
-    source: Line
-    kind: Annotated[str, Choice(tuple(KINDS))]
-    n: Line
-    conditions: Line
-    confidence: Annotated[str, Choice(CONFIDENCES)]
-    reason: Line
-    says: Line = ""
+    key: Key  # its name, which the source code cites
+    source: Line  # keys of its sources, with commas
+    kind: Annotated[str, Choice(tuple(KINDS))]  # one of KINDS
+    n: Line  # how many robots, sensors or readings
+    conditions: Line  # how it was measured
+    confidence: Annotated[str, Choice(CONFIDENCES)]  # high, middle or low
+    reason: Line  # why the confidence is what it is
+    says: Line = ""  # what it says, if that is not a quantity to compare
 
     @property
     def sources(self) -> list[str]:
@@ -133,27 +114,16 @@ class Fact:
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A quantity that can be measured on a virtual robot, too.
+    """A quantity that can be measured on a virtual robot, too."""
 
-    Attributes:
-        key: Its name; what stands before the dot is the sensor.
-        fact: Key of the fact that its figures are from.
-        title: What it is, in words.
-        robot: The kind of robot, a key of :data:`FIRMWARES`.
-        unit: Unit of its figures.
-        bounds: What the first and the last of three figures are, a key of :data:`BOUNDS`.
-        figures: The figures.
-        confidence: If it is not that of the fact.
-    """
-
-    key: Key
-    fact: Key
-    title: Line
-    robot: Annotated[str, Choice(tuple(FIRMWARES))]
-    unit: Line
-    bounds: Annotated[str, Choice(tuple(BOUNDS))]
+    key: Key  # its name; what stands before the dot is the sensor
+    fact: Key  # key of the fact that its figures are from
+    title: Line  # what it is, in words
+    robot: Annotated[str, Choice(tuple(FIRMWARES))]  # the kind of robot, a key of FIRMWARES
+    unit: Line  # unit of its figures
+    bounds: Annotated[str, Choice(tuple(BOUNDS))]  # what the first and the last of three figures are, a key of BOUNDS
     figures: Annotated[tuple[Figure, ...], FiguresRule(example='[["1 cm", 668, 996, 1324]]')]
-    confidence: Annotated[str, Choice(CONFIDENCES)] = ""
+    confidence: Annotated[str, Choice(CONFIDENCES)] = ""  # if it is not that of the fact
 
     @property
     def sensor(self) -> str:
@@ -163,15 +133,10 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class Apart:
-    """Quantities that typical virtual robots do not match in all conditions, as far as known.
-
-    Attributes:
-        why: Why.
-        quantities: Their keys, with commas.
-    """
+    """Quantities that typical virtual robots do not match in all conditions, as far as known."""
 
     why: Line
-    quantities: Annotated[str, Text(2000)]
+    quantities: Annotated[str, Text(2000)]  # their keys, with commas
 
     @property
     def keys(self) -> list[str]:
@@ -181,21 +146,13 @@ class Apart:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """Everything that the file says.
+    """Everything that the file says."""
 
-    Attributes:
-        sources: Sources by key.
-        facts: Facts by key.
-        quantities: Quantities by key.
-        apart: Why a quantity is apart, by its key.
-        score: The score of the typical virtual robots of this version, as a test holds it.
-    """
-
-    sources: dict[str, Source]
+    sources: dict[str, Source]  # by key, as the facts and quantities
     facts: dict[str, Fact]
     quantities: dict[str, Quantity]
-    apart: dict[str, str]
-    score: float
+    apart: dict[str, str]  # why a quantity is apart, by its key
+    score: float  # the score of the typical virtual robots of this version, as a test holds it
 
     def confidence(self, quantity: Quantity) -> str:
         """Return how far a quantity can be trusted."""

@@ -55,22 +55,15 @@ Row = tuple[int, bytes]
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """A program for the e-puck1, as it is to be written.
+    """A program for the e-puck1, as it is to be written."""
 
-    Attributes:
-        rows: The rows of the program by their address, without those of the bootloader. The reset vector leads to the
-            bootloader, and the row at 0x17F00 has the jump to the program, without the robot's number.
-        start: Where the program starts.
-        is_patched: Whether the file had these jumps already.
-        protected: The rows of the bootloader that the file holds and that are not sent.
-        skipped: How many bytes the file holds for other memories, by their names.
-    """
-
+    # The rows of the program by their address, without those of the bootloader. The reset vector leads to the
+    # bootloader, and the row at 0x17F00 has the jump to the program, without the robot's number.
     rows: Mapping[int, bytes]
-    start: int
-    is_patched: bool
-    protected: tuple[int, ...]
-    skipped: Mapping[str, int]
+    start: int  # where the program starts
+    is_patched: bool  # whether the file had these jumps already
+    protected: tuple[int, ...]  # the rows of the bootloader that the file holds and that are not sent
+    skipped: Mapping[str, int]  # how many bytes the file holds for other memories, by their names
 
     def rows_in_order(self, number: int) -> list[Row]:
         """Return the rows in the order in which they are sent.

@@ -86,19 +86,12 @@ BACKGROUND: Final = 214 << 16 | 222 << 8 | 230
 
 
 class LampArrays(NamedTuple):
-    """The lamps of a world.
+    """The lamps of a world."""
 
-    Attributes:
-        x: Place, m.
-        y: Place, m.
-        height: Above the floor, m.
-        intensity: As in :class:`~elib.simulator.physics.fittings.Light`; a lamp of 0 is switched off.
-    """
-
-    x: Floats
-    y: Floats
-    height: Floats
-    intensity: Floats
+    x: Floats  # place, m
+    y: Floats  # place, m
+    height: Floats  # above the floor, m
+    intensity: Floats  # as in Light; a lamp of 0 is switched off
 
 
 def room_light(ambient: float) -> float:

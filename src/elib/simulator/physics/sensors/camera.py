@@ -90,54 +90,32 @@ class Discs(NamedTuple):
 
 
 class CameraScene(NamedTuple):
-    """What there is to see.
-
-    Attributes:
-        robots: All of them.
-        walls: The sides of boxes among them.
-        discs: The cylinders.
-        lights: The lamps.
-        lamps: What each robot shows, in the shape (robots, 10): eight packed colours of its ring, body 0 or 1, front 0
-            or 1. Of size 0 if no robot shows anything.
-        ambient: What the infrared sensors read in the room's light, counts, 0..4095, higher is darker.
-        tick: Now.
-        spread: Factor on all that tells real robots from ideal ones.
-        noise: Factor on the noise of pixels.
-    """
+    """What there is to see."""
 
     robots: Robots
-    walls: Walls
-    discs: Discs
+    walls: Walls  # the sides of boxes among them
+    discs: Discs  # cylinders
     lights: LampArrays
+    # what each robot shows, in the shape (robots, 10): eight packed colours of its ring, body 0 or 1, front 0 or 1; of
+    # size 0 if no robot shows anything
     lamps: Ints
-    ambient: float
-    tick: int
-    spread: float
-    noise: float
+    ambient: float  # what the infrared sensors read in the room's light, counts, 0..4095, higher is darker
+    tick: int  # now
+    spread: float  # factor on all that tells real robots from ideal ones
+    noise: float  # factor on the noise of pixels
 
 
 class Window(NamedTuple):
-    """The directions in which the pixels of a picture look, uppermost row first.
+    """The directions in which the pixels of a picture look, uppermost row first."""
 
-    Attributes:
-        tangent: The tangent of each column's angle to the right of the axis.
-        left: No column's tangent is less.
-        right: No column's tangent is more.
-        rise: Tangent of each row's angle above the axis.
-        per_rise: Rows to a tangent of 1.
-        pixel: Smaller side of a pixel, as a tangent.
-        horizon: The first row that looks down.
-        is_flipped: Whether the lowest row was asked for first.
-    """
-
-    tangent: Floats
-    left: float
-    right: float
-    rise: Floats
-    per_rise: float
-    pixel: float
-    horizon: int
-    is_flipped: bool
+    tangent: Floats  # the tangent of each column's angle to the right of the axis
+    left: float  # no column's tangent is less
+    right: float  # no column's tangent is more
+    rise: Floats  # tangent of each row's angle above the axis
+    per_rise: float  # rows to a tangent of 1
+    pixel: float  # smaller side of a pixel, as a tangent
+    horizon: int  # the first row that looks down
+    is_flipped: bool  # whether the lowest row was asked for first
 
     @classmethod
     def through(cls, focal: float, right: Sequence[float], up: Sequence[float]) -> Window:
@@ -165,21 +143,13 @@ _window = lru_cache(maxsize=16)(Window.through)
 
 
 class Hits(NamedTuple):
-    """Where columns of pictures meet things, one entry a hit.
+    """Where columns of pictures meet things, one entry a hit."""
 
-    Attributes:
-        picture: The number of the picture, if there are many.
-        thing: Which, counted over walls, then discs, then robots.
-        column: The column of the picture.
-        near: 1 / depth, 1/m.
-        shade: The shade of the surface.
-    """
-
-    picture: Ints
-    thing: Ints
-    column: Ints
-    near: Floats
-    shade: Floats
+    picture: Ints  # the number of the picture, if there are many
+    thing: Ints  # which, counted over walls, then discs, then robots
+    column: Ints  # the column of the picture
+    near: Floats  # 1 / depth, 1/m
+    shade: Floats  # the shade of the surface
 
 
 class FaceCells(dict[int, Ints]):

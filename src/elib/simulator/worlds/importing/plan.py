@@ -50,19 +50,13 @@ MARGIN = 0.1
 
 @dataclass
 class Plan:
-    """The world of another simulator: metres and radians, seen from above, its origin where the file has it.
-
-    Attributes:
-        path: The file.
-        about: What the world is for.
-        remarks: What is left out or different, each with its line; line 0 is the whole file.
-        areas: Floors.
-    """
+    """The world of another simulator: metres and radians, seen from above, its origin where the file has it."""
 
     path: Path
-    about: str = ""
+    about: str = ""  # what the world is for
+    # what is left out or different, each with its line; line 0 is the whole file
     remarks: list[tuple[int, str]] = field(default_factory=list)
-    areas: list[Rectangle] = field(default_factory=list)
+    areas: list[Rectangle] = field(default_factory=list)  # floors
     _parts: int = 0
     _things: list[tuple[int, Thing]] = field(default_factory=list)
     _names: set[str] = field(default_factory=lambda: {""})
