@@ -39,8 +39,7 @@ def quiet_computer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     place.mkdir()
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(place))
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
-    monkeypatch.setattr(discovery, "list_ports", list)
-    monkeypatch.setattr(discovery, "_descriptions", dict)
+    monkeypatch.setattr(discovery, "list_ports", dict)
     return place
 
 
@@ -61,8 +60,7 @@ def bluetoothctl(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bluetoothct
 def has_ports(monkeypatch: pytest.MonkeyPatch, **about: str) -> None:
     """Let the computer have the ports /dev/NAME with these descriptions."""
     descriptions = {f"/dev/{name}": text for name, text in about.items()}
-    monkeypatch.setattr(discovery, "list_ports", lambda: sorted(descriptions))
-    monkeypatch.setattr(discovery, "_descriptions", lambda: descriptions)
+    monkeypatch.setattr(discovery, "list_ports", lambda: dict(sorted(descriptions.items())))
 
 
 SPEED = 20.0
@@ -199,7 +197,7 @@ async def test_a_port_of_another_program_is_not_opened(monkeypatch: pytest.Monke
         raise AssertionError("a port of somebody else was opened")
 
     port = PtyTransport()
-    monkeypatch.setattr(discovery, "list_ports", lambda: [port.path])
+    monkeypatch.setattr(discovery, "list_ports", lambda: {port.path: ""})
     monkeypatch.setattr(discovery, "open_transport", never)
     with held(port.path) as process:
         (found,) = await find(all_ports=True)
@@ -212,7 +210,7 @@ async def test_a_silent_port_is_given_up_in_time_and_comes_last(monkeypatch: pyt
     from elib.link.transport.pty import PtyTransport
 
     port = PtyTransport()
-    monkeypatch.setattr(discovery, "list_ports", lambda: [port.path, "/dev/ttyGONE0"])
+    monkeypatch.setattr(discovery, "list_ports", lambda: {port.path: "", "/dev/ttyGONE0": ""})
     found = await find(timeout=3, all_ports=True)
     port.abort()
     assert [each.reason.partition(";")[0] for each in found] == [

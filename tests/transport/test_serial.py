@@ -166,7 +166,7 @@ def test_a_port_is_refused_in_simulated_time() -> None:
 
 def test_ports_are_listed_without_opening_them(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "open", None)
-    assert list_ports() == sorted(list_ports())
+    assert list(list_ports()) == sorted(list_ports())
 
 
 def test_a_system_that_lists_no_ports_has_none(monkeypatch: pytest.MonkeyPatch) -> None:

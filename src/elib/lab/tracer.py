@@ -6,7 +6,7 @@ It needs no process, no socket and no clock: only the simulation in which the pr
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Literal
 
@@ -90,7 +90,7 @@ class Tracer:
 
     def so_far(self) -> tuple[GoalResult, ...]:
         """Return what the goals say of a run that goes on, without what its program has sent and printed."""
-        return judge(self._lab.goals, self._trace(self._world.snapshot(), time=self._simulation.time))
+        return judge(self._lab.goals, self._trace(self._world.snapshot()))
 
     def over(self, code: int) -> tuple[GoalResult, ...]:
         """Return the same of a run whose program has ended now, with an exit code."""
@@ -103,7 +103,14 @@ class Tracer:
         ending, why, code = end
         self._world.run_to(self._simulation.time)
         snapshot = self._world.snapshot()
-        trace = self._trace(snapshot, player, requests, output, time, ending in ("ended", "failed"), code)
+        trace = replace(
+            self._trace(snapshot, player),
+            requests=requests,
+            output=output,
+            time=time,
+            has_ended=ending in ("ended", "failed"),
+            exit_code=code,
+        )
         goals = judge(self._lab.goals, trace, why if ending in ("wall", "broke") else "")
         paths, zones = tuple(zip(*self._poses, strict=True)), tuple(self._lab.zones_of(self._variant).values())
         patches = tuple(patch for goal in self._lab.goals if isinstance(goal, Maps) for patch in goal.patches(trace))
@@ -126,16 +133,8 @@ class Tracer:
         # Between two ticks: on a tick itself a reading could come before or after it.
         simulation.loop.call_at(simulation.origin + (world.tick + 1.5) * world.scene.step, self._note)
 
-    def _trace(
-        self,
-        snapshot: Snapshot,
-        player: int = 0,
-        requests: Counter[str] | None = None,
-        output: str = "",
-        time: float = 0.0,
-        has_ended: bool = False,
-        code: int | None = None,
-    ) -> Trace:
+    def _trace(self, snapshot: Snapshot, player: int = 0) -> Trace:
+        """Return what the world knows of what happened until now."""
         world, scene = self._world, self._world.scene
         own, other = self._lab.share(world.robots, player), self._lab.share(world.robots, 1 - player)
         earned = [(each.score, lasted, each.energy) for each, lasted in zip(snapshot.robots, self._lasted, strict=True)]
@@ -152,9 +151,7 @@ class Tracer:
             zones=self._lab.zones_of(self._variant, scene),
             stripes=stripes_of(scene),
             surfaces=[(wall.x1, wall.y1, wall.x2, wall.y2) for wall in (*scene.edge, *scene.surfaces)],
-            requests=requests or Counter(),
-            output=output,
-            time=time,
-            has_ended=has_ended,
-            exit_code=code,
+            time=self._simulation.time,
+            has_ended=False,
+            exit_code=None,
         )

@@ -182,13 +182,11 @@ def _candidates(all_ports: bool) -> Survey:
     found = [_simulated(robot) for robot in running()]
     taken = {os.path.realpath(each.url.removeprefix("serial://")) for each in found}
     paired, notes = _paired()
-    about = _descriptions()
     not_tried: list[str] = []
     bound: set[str] = set()
-    for port in list_ports():
+    for port, description in list_ports().items():
         if os.path.realpath(port) in taken:
             continue
-        description = about.get(port, "")
         if not all_ports and not is_likely(port, description):
             not_tried.append(port)
             continue
@@ -233,17 +231,6 @@ def _simulated(robot: Registered) -> Found:
     return Found(
         robot.urls[0], "simulation", f"{robot.name} of elib simulate {robot.world} (process {robot.process}){others}"
     )
-
-
-def _descriptions() -> dict[str, str]:
-    import serialx  # a page in a browser has neither ports nor this package
-
-    try:
-        ports = serialx.list_serial_ports()
-    except (OSError, serialx.SerialException):
-        return {}
-    words = {str(port.device): (port.product, port.interface_description, port.manufacturer) for port in ports}
-    return {device: ", ".join(dict.fromkeys(filter(None, parts))) for device, parts in words.items()}
 
 
 def _paired() -> tuple[dict[str, str], list[str]]:

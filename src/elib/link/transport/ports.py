@@ -17,19 +17,20 @@ BRLTTY = "brltty takes some USB serial adapters for Braille displays: sudo apt r
 """It was seen with CH340, CP2102 and FTDI adapters on Ubuntu 22.04: the port appears and vanishes at once."""
 
 
-def list_ports() -> list[str]:
-    """Return the serial ports of this computer, sorted; bound Bluetooth ports too.
+def list_ports() -> dict[str, str]:
+    """Return the serial ports of this computer, sorted, and how the system describes each; bound Bluetooth ports too.
 
     Reads the system's lists and opens nothing.
     """
     import serialx  # a page in a browser has neither ports nor this package
 
     try:
-        found = {str(port.device) for port in serialx.list_serial_ports()}
+        ports = serialx.list_serial_ports()
     except (OSError, serialx.SerialException):
-        found = set()
-    found.update(str(port) for port in Path("/dev").glob("rfcomm[0-9]*"))
-    return sorted(found)
+        ports = []
+    found: dict[str, tuple[str | None, ...]] = {str(port): () for port in Path("/dev").glob("rfcomm[0-9]*")}
+    found |= {str(port.device): (port.product, port.interface_description, port.manufacturer) for port in ports}
+    return {device: ", ".join(dict.fromkeys(filter(None, parts))) for device, parts in sorted(found.items())}
 
 
 def holders(path: str) -> list[str]:
