@@ -23,6 +23,9 @@ from lanes import short
 SAMPLE = 0.25
 """s between two looks at the world."""
 
+MOVED = 0.002
+"""m by which a box must be elsewhere to have been hit."""
+
 Change = Callable[[World, random.Random], object]
 
 
@@ -197,3 +200,14 @@ def ball_elsewhere(world: World, chance: random.Random) -> None:
     anywhere(world, chance)
     with suppress(ArgumentError):  # it stays where it is if somebody stands there
         world.move_cylinder(0, chance.uniform(0.3, 1.4), chance.uniform(0.2, 0.8))
+
+
+def red_at_rest(world: World) -> float:
+    """Return 0 if a red box was pushed, otherwise 1."""
+    before = {box.name: box for box in world.scene.boxes}
+    moved = (
+        math.dist((box.x, box.y), (before[box.name].x, before[box.name].y))
+        for box in world.snapshot().boxes
+        if "red" in box.name
+    )
+    return float(max(moved) < MOVED)

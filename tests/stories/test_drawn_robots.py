@@ -18,7 +18,7 @@ from pathlib import Path
 from statistics import median
 
 import pytest
-from story_rig import Change, Run, anywhere, ball_elsewhere, clearance, closest, drawn, from_ball, run
+from story_rig import Change, Run, anywhere, ball_elsewhere, clearance, closest, drawn, from_ball, red_at_rest, run
 
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
@@ -27,9 +27,6 @@ from elib.simulator.physics import World
 
 FIRMWARES = ("btcom-1.1.3", "asercom-1.2.2", "btcom-2.0", "epuck2")
 """Those that come first do not calibrate when they start."""
-
-MOVED = 0.002
-"""m by which a box must be elsewhere to have been hit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,17 +79,6 @@ def stands_beneath_it(seen: Run) -> bool:
     """It ends by itself, under a lamp."""
     assert seen.outcome is not None
     return seen.outcome.reason == "done" and from_lamp(seen.world) < 0.05
-
-
-def red_at_rest(world: World) -> float:
-    """Return 0 if a red box was pushed, otherwise 1."""
-    before = {box.name: box for box in world.scene.boxes}
-    moved = (
-        math.dist((box.x, box.y), (before[box.name].x, before[box.name].y))
-        for box in world.snapshot().boxes
-        if "red" in box.name
-    )
-    return float(max(moved) < MOVED)
 
 
 def hits_red(seen: Run) -> bool:
