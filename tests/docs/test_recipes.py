@@ -11,7 +11,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tomllib
 from collections.abc import Callable, Generator
 from pathlib import Path
 from textwrap import dedent, indent
@@ -20,12 +19,10 @@ from typing import NamedTuple
 import pytest
 from pages import ROOT
 
-import elib
 from shared import PATIENCE
 
 COPIED = ("src", "docs/generator", "docs/reference")
 FILES = ("docs/generate_reference.py", "pyproject.toml")
-INSTALLED = "src/elib_epuck.dist-info"
 LEFT_OUT: dict[str, str] = {}
 """Rows that no recipe carries out, with the reason of each."""
 
@@ -111,18 +108,6 @@ class Copy:
     def _keep(self, path: str, text: str) -> None:
         self.edited.add(path)
         (self.root / path).write_text(text, encoding="utf-8")
-
-    def install(self) -> None:
-        """Let Python find the entry points of the copy, as an installation does."""
-        project = tomllib.loads((self.root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-        points = "".join(
-            f"[{group}]\n" + "".join(f"{name} = {value}\n" for name, value in entries.items())
-            for group, entries in project["entry-points"].items()
-        )
-        folder = self.root / INSTALLED
-        folder.mkdir()
-        (folder / "METADATA").write_text(f"Name: {project['name']}\nVersion: {elib.__version__}\n")
-        (folder / "entry_points.txt").write_text(points)
 
 
 def ask(*lines: str, pages: tuple[str, ...] = (), code: str = "") -> Question:
@@ -273,7 +258,7 @@ def a_firmware_is_a_profile_and_a_class(copy: Copy) -> Asking:
 
 
 @carries_out("a transport")
-def a_transport_is_a_file_its_entry_point_and_its_line_on_the_page(copy: Copy) -> Asking:
+def a_transport_is_a_file_and_its_lines_in_the_list_and_on_the_page(copy: Copy) -> Asking:
     copy.write(
         "src/elib/link/transport/mine.py",
         '''
@@ -289,11 +274,8 @@ def a_transport_is_a_file_its_entry_point_and_its_line_on_the_page(copy: Copy) -
         SCHEME = Scheme(open_mine, keys=("level",), speed=lambda url: "max")
         ''',
     )
-    copy.add(
-        "pyproject.toml", '[project.entry-points."elib.transports"]\n', 'mine = "elib.link.transport.mine:SCHEME"\n'
-    )
+    copy.add("src/elib/link/transport/url.py", "OWN = {\n", '    "mine": "elib.link.transport.mine",\n')
     copy.add("docs/generator/urls.py", "TARGETS = {\n", '    "mine": ("`mine://SHAFT`", "a robot in a mine"),\n')
-    copy.install()
     answers = yield ask("send selector --robot mine://north?level=2", pages=("urls.md",))
     assert answers.lines[0].split() == ["position", "3"]
     assert "| `mine://SHAFT` | a robot in a mine | `level` |" in answers.pages[0]

@@ -11,7 +11,7 @@ __all__ = ["Scheme", "Transport", "Url", "open_transport", "parse_url", "robots_
 async def open_transport(url: Url | str) -> Transport:
     """Open the link that *url* names.
 
-    The scheme is looked up among the entry points of the group ``elib.transports``; only its module is imported.
+    Only the module of its scheme is imported.
 
     Args:
         url: A URL, or the bare name of a serial port.

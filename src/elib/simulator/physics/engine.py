@@ -23,7 +23,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import fields
 from functools import cache
-from importlib.metadata import version
 from operator import attrgetter
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -502,6 +501,8 @@ def _cache_folder() -> Path:
 
 @cache
 def _source_digest() -> str:
+    from importlib.metadata import version  # here: only compiled worlds need it
+
     digest = hashlib.blake2b(digest_size=8)
     for package in ("numba", "numpy"):
         digest.update(version(package).encode())

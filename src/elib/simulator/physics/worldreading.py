@@ -8,6 +8,7 @@ import operator
 import struct
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib import import_module
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -423,11 +424,9 @@ class ReadableWorld:
             ArgumentError: *path* ends in something else, *size* is out of its range, or the file cannot be created.
             ElibError: The disk is full.
         """
-        from importlib.metadata import entry_points  # What draws is above the physics, and found by name.
-
-        (top,) = entry_points(group="elib.drawings", name="top")
+        drawing = import_module("elib.simulator.drawing")  # it is above the physics, and goes by name
         seen = replace(self.snapshot(beams=beams), floor=self.floor)
-        drawn: str | None = top.load()(seen, path, trails=trails, caption=caption, size=size)
+        drawn: str | None = drawing.draw(seen, path, trails=trails, caption=caption, size=size)
         return drawn
 
     def _repr_svg_(self) -> str | None:
