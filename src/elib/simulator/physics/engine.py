@@ -450,8 +450,8 @@ def dtype_of(kind: type) -> Any:
 
 
 @contextmanager
-def explained(what: str, hint: str) -> Iterator[None]:
-    """Say why *what* cannot be compiled, if that is the error of the block.
+def explained(what: str, instead: str) -> Iterator[None]:
+    """Say why *what* cannot be compiled, if that is the error of the block, and what to do *instead*.
 
     Raises:
         SimulationError: It cannot.
@@ -462,6 +462,7 @@ def explained(what: str, hint: str) -> Iterator[None]:
         reason = not_compiled(error)
         if reason is None:
             raise
+        hint = f"keep to numbers, loops and comparisons, make no lists or arrays{instead}"
         raise SimulationError(f"{what} cannot be compiled: {reason}", hint=hint) from error
 
 

@@ -403,10 +403,7 @@ class Episodes:
         return self._engine.kept(self._course(1, 0))
 
     def _compiling(self) -> AbstractContextManager[None]:
-        return explained(
-            f"task {self.task.name!r}",
-            f"keep to numbers, loops and comparisons, make no lists or arrays; what lasts is declared: {REMEMBERED}",
-        )
+        return explained(f"task {self.task.name!r}", f"; what lasts is declared: {REMEMBERED}")
 
     def _all(self, jobs: Sequence[Callable[[], None]]) -> None:
         """Run the first job here, and the others in threads."""

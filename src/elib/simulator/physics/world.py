@@ -222,8 +222,7 @@ class World(ReadableWorld):
             self._memory_size = controller.memory
             self._memory = state.engine.table(np.zeros((self.robots, controller.memory)))
         sensors = chosen(controller.sensors)
-        hint = f"keep to numbers, loops and comparisons, make no lists or arrays, or use {INTERPRETED}"
-        with explained(f"the control function {controller.name!r}", hint):
+        with explained(f"the control function {controller.name!r}", f", or use {INTERPRETED}"):
             law = law_of(state.engine, controller.function)
             with state.engine.threads(state.lanes):
                 ready = state.engine.ready(steer, threads=state.lanes)
