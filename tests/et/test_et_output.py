@@ -194,6 +194,15 @@ def test_parquet_has_the_rows_and_their_types(place: Path) -> None:
     assert duckdb.connect().execute("SELECT count(*) FROM read_parquet('none.parquet')").fetchone() == (0,)
 
 
+@pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="all names are UTF-8 there")
+def test_parquet_goes_into_a_folder_whose_name_is_not_utf_8(place: Path) -> None:
+    folder = place / os.fsdecode(b"caf\xe9")
+    folder.mkdir()
+    result("Join", "-s", "run.log", "-d", str(folder / "pairs.parquet"))
+    (folder / "pairs.parquet").rename(place / "pairs.parquet")
+    assert duckdb.connect().execute("SELECT count(*) FROM read_parquet('pairs.parquet')").fetchone() != (0,)
+
+
 def test_rows_that_do_not_fit_parquet_leave_the_old_file_alone(place: Path) -> None:
     (place / "old.parquet").write_text("precious")
     log = "1 Ada call Stop(..) none 0\n"

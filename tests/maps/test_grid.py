@@ -139,6 +139,8 @@ def test_files_that_are_no_map_are_named_with_what_to_write(tmp_path: Path, monk
         Image.new("L", (8, 8)).save(picture)
         with pytest.raises(ArgumentError, match="has too many pixels"):
             elib.Grid.open(picture)
+        Image.new("L", (4, 4)).save(picture)
+        assert elib.Grid.open(picture).odds.shape == (4, 4)  # Pillow warns of it; that would be an error here.
     Image.new("RGB", (8, 8), (200, 30, 30)).save(picture)
     with pytest.raises(ArgumentError, match="has colours"):
         elib.Grid.open(picture)

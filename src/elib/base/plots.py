@@ -27,12 +27,19 @@ def check_plot(path: str | PathLike[str]) -> None:
 def save(figure: Any, path: str | PathLike[str]) -> None:
     """Write a figure of Matplotlib into a file, in the form that its name says; an existing one is replaced.
 
-    An SVG has the same bytes on every run: the names of its parts are random without a salt.
+    An SVG has the same bytes on every run: the names of its parts are random without a salt. No text becomes a
+    formula, also between two dollars. What UTF-8 cannot write, as in some names of files, becomes a question mark.
     """
     from matplotlib import rc_context
+    from matplotlib.text import Text
 
     form, page = Path(path).suffix.lower().removeprefix("."), io.BytesIO()
-    with rc_context({"svg.hashsalt": "elib"}), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # characters that the font does not have become boxes
+    for text in figure.findobj(Text):
+        text.set_parse_math(False)
+        text.set_text(text.get_text().encode("utf-8", "replace").decode())
+    with (
+        rc_context({"svg.hashsalt": "elib", "text.parse_math": False}),
+        warnings.catch_warnings(action="ignore"),  # characters that the font does not have become boxes
+    ):
         figure.savefig(page, format=form, metadata={"Date": None} if form == "svg" else None)
     write_file(path, page.getvalue())

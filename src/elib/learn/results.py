@@ -55,7 +55,7 @@ def curves(studies: Sequence[Sequence[Generation]], title: str) -> Any:
             axes.fill_between(numbers, lines.min(axis=0), lines.max(axis=0), color=colour, alpha=0.15, lw=0)
     axes.set_xlabel("generation", color=INK)
     axes.set_ylabel("fitness", color=INK)
-    axes.set_title(title.replace("$", r"\$"), loc="left", fontsize=11, color=INK)
+    axes.set_title(title, loc="left", fontsize=11, color=INK)
     trim(axes)
     axes.legend(frameon=False)
     return figure

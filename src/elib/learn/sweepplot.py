@@ -30,11 +30,10 @@ def draw_sweep(path: Path, sweep: Sweep, rows: Sequence[Row], metric: str = "") 
     kind_of_row = itemgetter(*others)  # others holds two names or more
     kinds = {kind_of_row(row): None for row in rows}
     varying = [n for n, name in enumerate(others) if len({kind[n] for kind in kinds}) > 1]
-    # A dollar would begin a formula.
-    labels = [", ".join(str(kind[n]) for n in varying).replace("$", r"\$") for kind in kinds]
+    labels = [", ".join(str(kind[n]) for n in varying) for kind in kinds]
     panels = names or [""]
     figure = Figure(figsize=(1.2 + 4.6 * len(panels), 4.2), facecolor=PAPER, layout="constrained")
-    figure.suptitle(f"{sweep.target}: {len(rows)} runs".replace("$", r"\$"), color=INK, fontsize=12, x=0.01, ha="left")
+    figure.suptitle(f"{sweep.target}: {len(rows)} runs", color=INK, fontsize=12, x=0.01, ha="left")
     shared: Any = None
     for k, name in enumerate(panels):
         axes = shared = figure.add_subplot(1, len(panels), k + 1, sharey=shared)

@@ -85,7 +85,7 @@ def write_folder(report: TransferReport, folder: Path, title: str) -> list[Path]
     runs = folder / f"runs.{'parquet' if importlib.util.find_spec('duckdb') else 'csv'}"
     write_table(runs, Table(RUNS, _runs(report)))
     page, plot = folder / "report.md", folder / "transfer.svg"
-    write_file(page, _page(report, title).encode())
+    write_file(page, _page(report, title).encode("utf-8", "replace"))
     _draw(report, plot, title)
     return [page, plot, runs]
 

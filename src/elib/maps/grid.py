@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import math
 import os
+import warnings
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -324,7 +325,9 @@ class Grid:
             raise ArgumentError(f"{beside} does not say how large a square is, and where", hint=LINES) from None
         grid = cls(cell)
         try:
-            with Image.open(io.BytesIO(content)) as picture:
+            with warnings.catch_warnings(action="ignore"):  # of its size, which is checked here
+                picture = Image.open(io.BytesIO(content))
+            with picture:
                 _check_size(f"{path}", picture.size, "make the picture smaller, and cell larger")
                 if np.ptp(np.asarray(picture.convert("RGB"), int), axis=2).max() > COLOURED:
                     raise ArgumentError(f"{path} has colours", hint="white is free, black occupied, grey unknown")

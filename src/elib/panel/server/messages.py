@@ -23,6 +23,7 @@ from elib.panel.panel import FileList, check_standing
 from elib.panel.server.conversation import Answer, Error, Failure, Message, Table, Told, decoder_of, message_of
 from elib.panel.server.page import Hello, OverviewStream, Page, RobotStream, Stream, StudyStream, Update, Wish
 from elib.panel.server.world import Change, NewScene, Readings, ReadingsStream, WorldStream
+from elib.robot.swarms.fanout import raise_first
 from elib.simulator.emulator.control import ORDERS
 from elib.simulator.emulator.control_server import obey
 from elib.simulator.physics import Colour
@@ -262,15 +263,18 @@ def live(page: Page, robot: Key, seconds: float | None) -> None:
 
 
 def _each(page: Page, robots: Sequence[str], act: Callable[[BehaviourRunner], object]) -> None:
-    """Act on the behaviours of all robots, also after one that refuses; then raise the first error."""
-    errors = []
+    """Act on the behaviours of all robots, also after one that refuses; then say which did, and why the first."""
+    labels = {each.key: each.label for each in page.panel.labels()}
+    errors: dict[str, Exception] = {}
     for key in robots:
         try:
             act(page.panel.slot(key).runner)
         except ElibError as error:
-            errors.append(error)
+            if len(robots) == 1:
+                raise
+            errors[labels.get(key, key)] = error
     if errors:
-        raise errors[0]
+        raise_first(errors)
 
 
 @request("program")

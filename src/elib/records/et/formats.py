@@ -11,6 +11,7 @@ import json
 import math
 import os
 import re
+import shutil
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
@@ -191,7 +192,9 @@ def writing(format_name: str, destination: str | None) -> Iterator[Writer]:
             writer = Writer(file, "csv")
             yield writer
             writer.end()
-        _to_parquet(rows, path, destination, writer.headers, folder)
+        written = rows.with_suffix(".parquet")  # DuckDB takes no path that is not UTF-8
+        _to_parquet(rows, written, destination, writer.headers, folder)
+        shutil.copyfile(written, path)
 
 
 def write_table(path: Path, table: Table) -> None:

@@ -82,6 +82,5 @@ def draw_legend(axes: Any, count: int, which: str) -> None:
 
 
 def label_of(text: str) -> str:
-    """Return *text* as a label: not too long, and without signs that Matplotlib would read as a formula."""
-    text = text if len(text) <= MAX_LABEL else f"{text[: MAX_LABEL - 3]}..."
-    return text.replace("$", r"\$")
+    """Return *text* as a label that is not too long."""
+    return text if len(text) <= MAX_LABEL else f"{text[: MAX_LABEL - 3]}..."

@@ -208,8 +208,7 @@ def opened(path: Path) -> Iterator[Image]:
     if not path.is_file():  # a pipe would keep us waiting
         raise ArgumentError("there is no such file", hint=f"it would be {path}")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Of its size: that is what is looked at here.
+        with warnings.catch_warnings(action="ignore"):  # of its size, which is checked here
             picture = Image.open(path, formats=("PNG", "JPEG"))
         with picture:
             pixels = picture.width * picture.height
