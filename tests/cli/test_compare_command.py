@@ -197,6 +197,8 @@ def test_real_robots_stand_beside_drawn_ones_in_a_table_that_fits_a_terminal(
         assert each.quantity.title.split()[0] in text
     assert f"score  {found.score:.2f}" in text
     assert all(key in text for keys in found.apart.values() for key in keys)
+    monkeypatch.setenv("COLUMNS", "50")
+    assert "".join(compared("--reality").split()) == "".join(text.split())
     told = json.loads(compared("--reality", "--json"))
     assert told["score"] == found.score
     assert [each["key"] for each in told["quantities"]] == [each.quantity.key for each in found.quantities]

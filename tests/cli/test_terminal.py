@@ -38,6 +38,11 @@ def test_a_label_longer_than_half_the_width_gets_a_line_of_its_own() -> None:
     assert table([("a", "x"), ("much-too-long", "y")], width=20) == "  a  x\n  much-too-long\n     y"
 
 
+def test_a_terminal_of_one_column_is_written_to_as_one_of_twenty(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "1")
+    assert table([("much-too-long", "one two three four")]) == "  much-too-long\n    one two three\n    four"
+
+
 def test_a_path_that_is_longer_than_a_line_stays_whole_to_be_copied() -> None:
     assert table([("plot", "in /tmp/a-long-folder/a.png")], width=16) == "  plot  in\n        /tmp/a-long-folder/a.png"
 

@@ -18,7 +18,7 @@ from cyclopts import Parameter as Cli
 from elib import __version__
 from elib.base.errors import ArgumentError
 from elib.base.rules import rule_in
-from elib.cli.terminal import WIDEST, quoted, table, typed
+from elib.cli.terminal import columns, quoted, table, typed
 
 if TYPE_CHECKING:
     from cyclopts.help import HelpEntry, HelpPanel
@@ -186,7 +186,7 @@ class Pages:
         rows = [_row(entry, console, is_command=panel.format == "command") for entry in panel.entries]
         title = {"Parameters": "Options"}.get(str(panel.title), str(panel.title))
         if rows:
-            _write(console, f"{title}:\n{table(rows, width=_width(console))}")
+            _write(console, f"{title}:\n{table(rows)}")
 
     def render_usage(self, console: Console, options: ConsoleOptions, usage: object) -> None:
         """Write the first line; it names the optional arguments, for which cyclopts writes ARGS."""
@@ -206,7 +206,7 @@ class Pages:
     def render_description(self, console: Console, options: ConsoleOptions, description: RenderableType) -> None:
         """Write what the command does."""
         paragraphs = re.split(r"\n\s*\n", _plain(description, console).replace("``", "`").strip())
-        _write(console, "\n\n".join(_filled(part, _width(console)) for part in paragraphs))
+        _write(console, "\n\n".join(_filled(part, columns()) for part in paragraphs))
 
 
 def _filled(paragraph: str, width: int) -> str:
@@ -239,10 +239,6 @@ def _plain(text: RenderableType | None, console: Console) -> str:
     """Return the text that rich would print, without wrapping."""
     wide = console.options.update(width=10_000)
     return "" if text is None else "".join(segment.text for segment in console.render(text, wide))
-
-
-def _width(console: Console) -> int:
-    return min(console.width, WIDEST)
 
 
 def _write(console: Console, text: str) -> None:

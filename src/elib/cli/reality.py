@@ -11,8 +11,8 @@ from elib.cli.terminal import BOLD, CYAN, DIM, GREEN, RED, columns, paint
 from elib.studies.reality.figures import BOUNDS
 from elib.studies.reality.parity import Beside, Condition, Realism
 
-NUMBER, VERDICT = 7, 10
-"""Columns of a number and of the word behind the numbers."""
+NUMBER, VERDICT, NAME = 7, 10, 15
+"""Columns of a number, of the word behind the numbers, and, at least, of the name before them."""
 
 
 def short(value: float) -> str:
@@ -40,10 +40,10 @@ def verdict(each: Beside, condition: Condition, *, has_own: bool) -> tuple[str, 
 
 
 def to_text(found: Realism) -> str:
-    """Return the table, no wider than the terminal, and the score below it."""
+    """Return the table, as wide as the terminal or as its figures need, and the score below it."""
     width, has_own = columns(), bool(found.own)
     parts = [("real robots", 3), ("simulator", 3), *([("yours", 1)] if has_own else [])]
-    name = width - NUMBER * sum(count for _, count in parts) - VERDICT
+    name = max(width - NUMBER * sum(count for _, count in parts) - VERDICT, NAME)
     head = "".join(f"{what:>{NUMBER * count}}" for what, count in parts)
     percents = "".join(f"{each:>{NUMBER}}" for each in ("5 %", "50 %", "95 %") * 2)
     lines = [f"{'':<{name}}{head}", f"{'':<{name}}{percents}"]

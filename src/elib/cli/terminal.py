@@ -19,8 +19,8 @@ from elib.base.plaintext import say as say
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-WIDEST = 100
-"""Columns at which text is wrapped in a wider terminal too: longer lines are hard to read."""
+NARROWEST, WIDEST = 20, 100
+"""Columns at which text is wrapped in a narrower terminal too, which wraps it again, and in a wider one."""
 
 BLOCKS = "▁▂▃▄▅▆▇█"
 DIM, BOLD, GREEN, YELLOW, RED, CYAN = "2", "1", "32", "33", "31", "36"
@@ -56,7 +56,7 @@ def has_colour(stream: TextIO) -> bool:
 
 def columns() -> int:
     """Return the number of columns to write on."""
-    return min(shutil.get_terminal_size().columns, WIDEST)
+    return max(NARROWEST, min(shutil.get_terminal_size().columns, WIDEST))
 
 
 def paint(text: str, code: str, stream: TextIO) -> str:
