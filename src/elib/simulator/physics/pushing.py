@@ -29,7 +29,7 @@ GRIP: Final = 0.7 * MASS * GRAVITY
 """Most that a robot's wheels push with, N: 1.03. ARGoS gives the e-puck a friction of 0.7."""
 
 FASTEST: Final = 0.5
-"""m/s. No push makes a thing faster: two that were put into each other come apart without flying off."""
+"""m/s. A thing that was pushed moves on no faster: two that were put into each other come apart without flying off."""
 
 DEEPEST: Final = 0.1
 """m. No contact moves a thing farther in a tick: a wall that is farther away cannot have been passed."""
