@@ -284,6 +284,7 @@ def test_a_world_is_saved_whose_key_was_collected_for_good():
             r"x.toml:5: zone\[0\].points puts all of the zone outside the arena",
         ),
         ('[[zone]]\nname = "a"\npoints = [[0, 0], [1, 1]]', r"x.toml:5: zone\[0\].points has too few corners"),
+        ('[[zone]]\nname = "a"\nband = 0.1', r"x.toml:5: zone\[0\].band is of a stripe"),
         (
             '[[zone]]\nname = "a"\nby = "key"',
             r"x.toml:5: zone\[0\].by is \"key\", which is no thing that can",

@@ -279,6 +279,9 @@ class Zone:
                 path=("name",),
                 hint="a disc has position and radius, a rectangle position and size, a picture a file too",
             )
+        if self.band and not self.points:
+            hint = "give the course of the stripe: points"
+            raise Mistake("is of a stripe, but the zone has no points", path=("band",), hint=hint)
         if self.points and not self.band and len(self.points) < 3:
             raise Mistake("has too few corners", path=("points",), hint="give three, or the width of a stripe: band")
 
