@@ -388,7 +388,8 @@ def test_a_terminal_is_told_from_the_beginning_how_many_are_marked(lab: Path, sc
     ours, theirs = pty.openpty()
     try:
         words = command(school, "--lab", lab, "--unsafe", "--jobs", 1)
-        subprocess.run(words, stdout=subprocess.DEVNULL, stderr=theirs, timeout=PATIENCE, check=True)
+        env = {**os.environ, "TERM": "xterm"}
+        subprocess.run(words, stdout=subprocess.DEVNULL, stderr=theirs, timeout=PATIENCE, check=True, env=env)
         told = os.read(ours, 65536).decode()
     finally:
         os.close(ours)

@@ -134,6 +134,7 @@ def test_what_a_table_makes_accepts_both_ends_of_every_range_and_nothing_beyond(
     if table.name in ("arena", "patch"):
         needed |= {"arena": {"size": [1, 1]}, "patch": {"hole": True}}[table.name]
     shapes = {"position": {"radius": 0.1}, "radius": {"position": [0, 0]}, "size": {"position": [0, 0]}}
+    shapes["band"] = {"points": [[0, 0], [1, 0], [1, 1]]}  # of a polygon, too, whose band is 0
     for key in table.keys:
         more = needed | (shapes.get(key.name, {}) if table.name == "zone" else {})
         number = key.rule.rule if isinstance(key.rule, Several) else key.rule
