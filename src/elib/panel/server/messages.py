@@ -13,7 +13,7 @@ from typing import Annotated, Literal, get_type_hints
 
 from msgspec import Meta, Struct
 
-from elib.base.errors import ArgumentError, ElibError
+from elib.base.errors import ArgumentError, ElibError, about
 from elib.base.files import write_file
 from elib.link.protocol.quantities import CameraMode
 from elib.panel import console
@@ -23,7 +23,7 @@ from elib.panel.panel import FileList, check_standing
 from elib.panel.server.conversation import Answer, Error, Failure, Message, Table, Told, decoder_of, message_of
 from elib.panel.server.page import Hello, OverviewStream, Page, RobotStream, Stream, StudyStream, Update, Wish
 from elib.panel.server.world import Change, NewScene, Readings, ReadingsStream, WorldStream
-from elib.robot.swarms.fanout import raise_first
+from elib.robot.swarms.fanout import joined
 from elib.simulator.emulator.control import ORDERS
 from elib.simulator.emulator.control_server import obey
 from elib.simulator.physics import Colour
@@ -264,17 +264,20 @@ def live(page: Page, robot: Key, seconds: float | None) -> None:
 
 def _each(page: Page, robots: Sequence[str], act: Callable[[BehaviourRunner], object]) -> None:
     """Act on the behaviours of all robots, also after one that refuses; then say which did, and why the first."""
-    labels = {each.key: each.label for each in page.panel.labels()}
-    errors: dict[str, Exception] = {}
+    errors: dict[str, ElibError] = {}
     for key in robots:
         try:
             act(page.panel.slot(key).runner)
         except ElibError as error:
-            if len(robots) == 1:
-                raise
-            errors[labels.get(key, key)] = error
-    if errors:
-        raise_first(errors)
+            errors[key] = error
+    if not errors:
+        return
+    first, *others = errors
+    if len(robots) == 1:
+        raise errors[first]
+    labels = {each.key: each.label for each in page.panel.labels()}
+    also = f" ({joined([labels.get(key, key) for key in others])} failed too)" if others else ""
+    raise about(f"{labels.get(first, first)}{also}", errors[first])
 
 
 @request("program")
