@@ -87,6 +87,12 @@ def test_more_robots_than_any_world_holds_are_refused_at_once():
         parse(b"[arena]\ndensity = 0.001", "bad.toml", robots=MAX_ROBOTS)
 
 
+def test_a_file_that_asks_for_more_robots_than_fit_is_refused_with_its_line():
+    error = refused(b"[arena]\ndensity = 100\nrobots = 20\n")
+    assert error.message.startswith("bad.toml:3: arena.robots is 20: world 'bad' has no room for 20 robots; ")
+    assert error.hint == "ask for fewer robots, or choose a larger world"
+
+
 def test_no_number_of_robots_breaks_a_world_that_grows_with_them():
     assert Scene.load("crowd", robots=-5).width == Scene.load("crowd", robots=0).width > 0
 

@@ -220,7 +220,11 @@ class _Assembly:
             raise self._source.error(("robot", taken.robot), mistake)
         if robots is None and counted > len(starts):
             # Robots that the file asks for stand where the file's seed puts them, whatever the seed of a run is.
-            scene = replace(scene, starts=places(scene, counted, scene.seed))
+            try:
+                scene = replace(scene, starts=places(scene, counted, scene.seed))
+            except SimulationError as error:
+                mistake = Mistake(f"is {counted}: {error.message}", path=("robots",), hint=error.hint)
+                raise self._source.error(("arena",), mistake) from error
         return scene
 
     def values(self, name: str) -> dict[str, Any]:
