@@ -3,15 +3,18 @@
 import asyncio
 import os
 import queue
+import selectors
 import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import pytest
 from turns import let_turn
 
 import elib
+from elib.base import timebase
 from elib.base.errors import LinkClosed
 from elib.testing import link_of
 from shared import PATIENCE
@@ -101,6 +104,57 @@ def test_time_does_not_wait_for_a_callback_of_before_when_the_program_calls_agai
             before = robot.time
             robot.sleep(1)
             assert robot.time - before == pytest.approx(1), turn
+
+
+# -- how soon time moves -----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def slept(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Return the waits of simulated loops that nothing ended but their own time, s."""
+    found: list[float] = []
+    look = timebase._look
+
+    def looked(selector: selectors.DefaultSelector, timeout: float | None = None) -> list[object]:
+        is_held = timeout == timebase.HELD_PERIOD
+        ready = look(selector, PATIENCE if is_held and not found else timeout)
+        if is_held and not ready:
+            found.append(timeout)
+        return ready
+
+    monkeypatch.setattr(timebase, "_look", looked)
+    return found
+
+
+def test_time_moves_at_once_for_a_call_in_a_notebook(monkeypatch: pytest.MonkeyPatch, slept: list[float]) -> None:
+    asked = threading.Event()
+    submit = asyncio.run_coroutine_threadsafe
+
+    def late(*call: Any) -> object:
+        asked.clear()
+        future = submit(*call)
+        assert asked.wait(PATIENCE)  # the loop may ask whether this thread waits before it goes on
+        return future
+
+    async def cell() -> None:
+        with elib.connect(MAX) as robot:
+            loop, may_jump = robot._portal.loop, robot._portal.loop.may_jump
+            loop.may_jump = lambda: asked.set() or may_jump()
+            monkeypatch.setattr(asyncio, "run_coroutine_threadsafe", late)
+            for _ in range(20):
+                robot.selector()
+            monkeypatch.setattr(asyncio, "run_coroutine_threadsafe", submit)
+
+    asyncio.run(cell())
+    assert slept == []
+
+
+def test_time_moves_at_once_for_several_robots_that_are_waited_for(slept: list[float]) -> None:
+    with elib.connect(MAX) as alice, elib.connect(MAX) as bob:
+        for _ in range(5):
+            done, _ = elib.wait([alice.begin.selector(), bob.begin.selector()])
+            assert [call.end().position for call in done] == [3, 3]
+    assert slept == []
 
 
 # -- waiting for several calls ---------------------------------------------------------------------------------------

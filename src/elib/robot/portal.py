@@ -66,8 +66,8 @@ class Portal:
         self._thread: threading.Thread | None = None
         """The portal's own thread, once it was needed."""
         self._waiting: set[threading.Thread] = set()
-        self._needy = 0
-        """How many threads wait that cannot run the loop themselves."""
+        self._needy: set[threading.Thread] = set()
+        """Threads that wait and cannot run the loop themselves."""
         self._uses = 0
         """How often a thread has called."""
         self._is_over = False
@@ -116,7 +116,10 @@ class Portal:
             raise
         try:
             if not is_runner:
-                return self._follow(asyncio.run_coroutine_threadsafe(coroutine, self.loop))
+                with self._turn:  # the loop looks whether this thread waits when it wakes for the coroutine
+                    future = asyncio.run_coroutine_threadsafe(coroutine, self.loop)
+                    self._waiting.add(threading.current_thread())
+                return self._follow(future)
             if self._has_begun:
                 coroutine = _behind_others(coroutine)
                 self._has_begun = False
@@ -135,7 +138,8 @@ class Portal:
             future = asyncio.run_coroutine_threadsafe(coroutine, self.loop)
             self._begun.add(future)
             if running_loop() is not self.loop:
-                self._note(threading.current_thread())
+                if threading.current_thread() not in self._needy:
+                    self._note(threading.current_thread())
                 self._start_thread()
             self._demand.notify_all()
         future.add_done_callback(self._begun.discard)
@@ -159,17 +163,18 @@ class Portal:
     @contextlib.contextmanager
     def lent(self) -> Iterator[None]:
         """Let the portal's own thread run the loop, and time pass, while this thread waits for something else."""
+        me = threading.current_thread()
         with self._turn:
-            self._working.pop(threading.current_thread(), None)
-            self._needy += 1
+            self._working.pop(me, None)
+            self._needy.add(me)
             self._start_thread()
             self._demand.notify_all()
         try:
             yield
         finally:
             with self._turn:
-                self._needy -= 1
-                self._note(threading.current_thread())
+                self._needy.discard(me)
+                self._note(me)
 
     def check(self) -> None:
         """Raise what ended a run of the loop on the portal's own thread, once."""
@@ -290,7 +295,6 @@ class Portal:
                     self._waiting.discard(me)
                 self._turn.notify_all()
 
-        self._waiting.add(me)  # what it waits for is in the loop by now, or time could move before it is
         future.add_done_callback(resume)
         self._let_signals(future.cancel)
         try:
@@ -350,10 +354,11 @@ class Portal:
 
         A thread that has worked for too long holds it back no more: it is forgotten here.
         """
-        if self._leaver is not None:
-            return self._leaver in self._waiting
-        if not self._waiting and not self._begun:
-            return False
+        with self._turn:
+            if self._leaver is not None:
+                return self._leaver in self._waiting
+            if not self._waiting and not self._begun:
+                return False
         me, now = threading.current_thread(), time.monotonic()
         for thread, since in tuple(self._working.items()):
             if thread is me or thread in self._waiting:
