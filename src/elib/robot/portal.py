@@ -116,10 +116,7 @@ class Portal:
             raise
         try:
             if not is_runner:
-                with self._turn:  # the loop looks whether this thread waits when it wakes for the coroutine
-                    future = asyncio.run_coroutine_threadsafe(coroutine, self.loop)
-                    self._waiting.add(threading.current_thread())
-                return self._follow(future)
+                return self._follow(coroutine)
             if self._has_begun:
                 coroutine = _behind_others(coroutine)
                 self._has_begun = False
@@ -280,8 +277,8 @@ class Portal:
         if threading.current_thread() is threading.main_thread():
             self._signals.wait_by(cancel)
 
-    def _follow(self, future: concurrent.futures.Future[T]) -> T:
-        """Wait for *future*, whose loop another thread runs; run the loop on this thread as soon as no other one does.
+    def _follow(self, coroutine: Coroutine[Any, Any, T]) -> T:
+        """Run *coroutine* in the loop that another thread runs; on this thread as soon as no other one runs it.
 
         A thread in which another event loop runs cannot run this one.
         """
@@ -295,6 +292,9 @@ class Portal:
                     self._waiting.discard(me)
                 self._turn.notify_all()
 
+        with self._turn:  # the loop looks whether this thread waits when it wakes for the coroutine
+            future = asyncio.run_coroutine_threadsafe(coroutine, self.loop)
+            self._waiting.add(me)
         future.add_done_callback(resume)
         self._let_signals(future.cancel)
         try:
