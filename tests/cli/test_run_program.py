@@ -91,6 +91,12 @@ STYLES = {
     "swarm": SWARM,
     "callback": CALLBACK,
 }
+LATE = """
+import signal, time
+kill = signal.pthread_kill
+signal.pthread_kill = lambda *to: (time.sleep(0.2), kill(*to))
+"""
+"""What lets the signal that ends a program come late, as on a busy computer."""
 LONG = pytest.mark.long
 
 
@@ -119,7 +125,7 @@ def test_a_program_of_any_style_runs_on_the_robot_that_is_named(style: str, tmp_
 @pytest.mark.parametrize("style", short(STYLES, "blocking", "own loop", "swarm"))
 def test_its_time_ends_it_as_ctrl_c_does_and_the_robot_stands(style: str, tmp_path: Path) -> None:
     text = STYLES[style].replace("sleep(2)", "sleep(60)").replace("sleep(0.5)", "sleep(60)")
-    written(tmp_path, text)
+    written(tmp_path, LATE + text)
     robot = ["--robot", FAST] if style == "own loop" else []
     options = ["--for", "1", "--json", "--log", "run.log"]
     named = {} if style == "swarm" else {"ELIB_ROBOT": FAST}  # the swarm names its robots
@@ -127,7 +133,7 @@ def test_its_time_ends_it_as_ctrl_c_does_and_the_robot_stands(style: str, tmp_pa
     assert (done.returncode, done.stderr) == (0, "")
     summary = json.loads(done.stdout)
     assert (summary["outcome"], summary["exit_code"]) == ("time", 0)
-    assert summary["seconds"] == pytest.approx(1, abs=0.3)
+    assert summary["seconds"] == pytest.approx(1, abs=0.01)
     assert len(summary["robots"]) == (3 if style == "swarm" else 1)
     assert " ok stop " in (tmp_path / "run.log").read_text()
 

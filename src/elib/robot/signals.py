@@ -14,6 +14,7 @@ import contextlib
 import functools
 import math
 import os
+import queue
 import signal
 import threading
 import time
@@ -58,6 +59,8 @@ class Signals:
         self._is_suspending = False
         self._before: dict[int, Any] = {}
         """The handlers that were there, by the signals that come here now."""
+        self._taken: queue.SimpleQueue[int] = queue.SimpleQueue()  # a signal handler may put into it at any moment
+        """Signals that ended something, for :meth:`send`."""
 
     def signals_of(self, loop: asyncio.AbstractEventLoop) -> LoopSignals:
         """Return what signals do to *loop*."""
@@ -92,7 +95,20 @@ class Signals:
         """
         self._end(signal.SIGINT, None)
 
+    def send(self, number: int) -> None:
+        """Let signal *number* come to the main thread, from another one, and wait until it has, at most 0.5 s."""
+        self._taken = queue.SimpleQueue()
+        interrupt_main_thread(number)
+        with contextlib.suppress(queue.Empty):  # the program handles it itself, or has ended
+            self._taken.get(timeout=NOTICE_TIME)
+
     def _end(self, number: int, frame: FrameType | None) -> None:
+        try:
+            self._end_calls(number, frame)
+        finally:
+            self._taken.put(number)
+
+    def _end_calls(self, number: int, frame: FrameType | None) -> None:
         loops = tuple(self._loops.values())
         here = [each for each in loops if each.is_awaited]
         for each in here:

@@ -21,11 +21,11 @@ from elib.base.errors import ArgumentError
 from elib.base.exits import DONE, FAILED
 from elib.base.files import PACKAGE
 from elib.base.plaintext import say
-from elib.base.timebase import LoopSpeed, new_loop
+from elib.base.timebase import LoopSpeed, SimulatedLoop, new_loop
 from elib.behaviours import Behaviour, play
 from elib.robot import runner
 from elib.robot.emergency import stop_at_once
-from elib.robot.signals import SHUTDOWN_TIME, interrupt_main_thread
+from elib.robot.signals import SHUTDOWN_TIME, SIGNALS
 
 _LIBRARY = str(Path(asyncio.__file__).parents[1]) + os.sep  # in a browser, sysconfig has another
 OURS = (
@@ -109,16 +109,26 @@ class TimeLimit:
         self.has_ended = threading.Event()  # set when the program has ended by itself or by the interrupt
         self.exit_code = DONE
         self._name = name
+        self._lock = threading.Lock()
+        self._is_taken = False  # whether the interrupt has reached the program
+        self._holds = contextlib.ExitStack()  # until then simulated time stands still, or the program would go on in it
 
     def expire(self) -> None:
-        """End the program because its time is over. Safe to repeat."""
-        if not self.is_over:
-            self.is_over = True
-            threading.Thread(target=self._insist, name=self._name, daemon=True).start()
+        """End the program because its time is over: called in each of its event loops. Safe to repeat."""
+        loop = asyncio.get_running_loop()
+        with self._lock:
+            if isinstance(loop, SimulatedLoop) and not self._is_taken:
+                self._holds.enter_context(loop.hold())
+            if not self.is_over:
+                self.is_over = True
+                threading.Thread(target=self._insist, name=self._name, daemon=True).start()
 
     def _insist(self) -> None:
         for _ in range(MAX_INTERRUPTS):
-            interrupt_main_thread(signal.SIGINT)
+            SIGNALS.send(signal.SIGINT)
+            with self._lock:
+                self._is_taken = True
+                self._holds.close()
             if self.has_ended.wait(SHUTDOWN_TIME + 0.5):
                 return self._end_threads()
         say("error: the program catches every Ctrl-C and goes on; it is ended now\nhint: write except Exception:")
