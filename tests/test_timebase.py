@@ -2,6 +2,7 @@ import asyncio
 import itertools
 import math
 import select
+import selectors
 import socket
 import threading
 from collections.abc import Coroutine
@@ -13,9 +14,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from elib.base import timebase
 from elib.base.errors import ArgumentError, SimulationError, SimulationStalled
 from elib.base.timebase import (
     CATCHING_UP,
+    LONGEST_WAIT,
     LoopSpeed,
     Paced,
     PacedLoop,
@@ -233,6 +236,34 @@ def test_a_socket_may_still_wake_a_loop_without_timers() -> None:
             return data
 
     assert simulate(main()) == b"hello"
+
+
+@pytest.mark.parametrize("speed", ["real", 10.0, Paced(), "max"])
+def test_no_loop_waits_so_long_at_once_that_a_signal_would_have_to_wait(
+    speed: LoopSpeed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waits: list[float | None] = []
+    look = selectors.DefaultSelector.select
+
+    def looked(selector: selectors.DefaultSelector, timeout: float | None = None) -> object:
+        waits.append(timeout)
+        if len(waits) == 10:
+            theirs.send(b"!")
+        return look(selector, 0)
+
+    async def main() -> bytes:
+        loop = asyncio.get_running_loop()
+        if speed != "max":  # there the timer would end it at once
+            loop.call_later(3600, int)
+        return await loop.sock_recv(ours, 1)
+
+    monkeypatch.setattr(selectors.DefaultSelector, "select", looked)
+    monkeypatch.setattr(timebase, "_look", looked)
+    ours, theirs = socket.socketpair()
+    ours.setblocking(False)
+    with ours, theirs, asyncio.Runner(loop_factory=lambda: new_loop(speed)) as runner:
+        assert runner.run(main()) == b"!"
+    assert all(wait is not None and wait <= LONGEST_WAIT for wait in waits)
 
 
 def test_real_things_are_refused_in_simulated_time_only() -> None:

@@ -15,8 +15,10 @@ MAX, REAL = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?baud=0"
 PRELUDE = """
 import atexit, asyncio, threading
 motors = []
-# Registered before elib's own, so it is called after it.
+# Registered before elib's own, so they are called after it.
 atexit.register(lambda: print("wheels", [motor.speed for motor in motors]))
+afterwards = []
+atexit.register(lambda: [each() for each in afterwards])
 import elib
 from elib.testing import emulator_of
 
@@ -89,6 +91,18 @@ ENDINGS = {
         entered.wait()
         robot.sleep(0.1)
         """,
+    "a thread that nobody waits for calls after its end": """
+        robot = connect(URL)
+        robot.set_speed(0.5, 0.5)
+        end = threading.Event()
+        def call(each):
+            end.wait()
+            each()
+        for each in (robot.selector, robot.begin.selector):
+            thread = threading.Thread(target=call, args=[each], daemon=True)
+            afterwards.append(lambda thread=thread: (end.set(), thread.join(0.2)))
+            thread.start()
+        """,
 }
 
 
@@ -119,6 +133,7 @@ def endings() -> list[object]:
         ("several are left open", MAX),
         ("calls and callbacks are pending", MAX),
         ("a thread that nobody waits for is in a call", REAL),
+        ("a thread that nobody waits for calls after its end", MAX),
     }
     cases = list(product(ENDINGS, (MAX, REAL)))
     return short(cases, *quick)

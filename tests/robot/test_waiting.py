@@ -157,6 +157,41 @@ def test_time_moves_at_once_for_several_robots_that_are_waited_for(slept: list[f
     assert slept == []
 
 
+@pytest.mark.parametrize("style", ["a blocking call", "a call that was begun"])
+def test_a_call_that_ends_before_its_thread_follows_it_does_not_stall_time(
+    style: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    submit = asyncio.run_coroutine_threadsafe
+
+    def followed_late(*call: Any) -> Any:
+        future = submit(*call)
+        follow = future.add_done_callback
+
+        def late(function: Callable[..., object]) -> None:
+            for _ in range(200):  # so often could the loop run, and look whether time may move
+                pool.submit(int).result(PATIENCE)
+            follow(function)
+
+        future.add_done_callback = late
+        return future
+
+    async def cell() -> None:
+        with elib.connect(MAX) as robot:
+            portal, before = robot._portal, robot.time
+            with monkeypatch.context() as patch:
+                patch.setattr(asyncio, "run_coroutine_threadsafe", followed_late)
+                if style == "a blocking call":
+                    portal.call(asyncio.sleep(0))
+                else:
+                    with portal.lent():
+                        portal.begin(asyncio.sleep(0)).result(PATIENCE)
+            portal.check()
+            assert robot.time == before
+
+    with ThreadPoolExecutor(1) as pool:
+        asyncio.run(cell())
+
+
 # -- waiting for several calls ---------------------------------------------------------------------------------------
 
 

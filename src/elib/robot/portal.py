@@ -113,6 +113,7 @@ class Portal:
             is_runner = self._enter(is_last)
         except BaseException:
             coroutine.close()
+            self._end_silently()
             raise
         try:
             if not is_runner:
@@ -126,20 +127,23 @@ class Portal:
 
     def begin(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
         """Start *coroutine* in the loop, to run even if no thread waits for it, and return its future at once."""
-        with self._turn:
-            if self.is_closed:
-                coroutine.close()
-                raise LinkClosed("the robot was closed", hint="open a new connection")
-            self._has_begun = True
-            self._uses += 1
-            future = asyncio.run_coroutine_threadsafe(coroutine, self.loop)
-            self._begun.add(future)
-            if running_loop() is not self.loop:
-                if threading.current_thread() not in self._needy:
-                    self._note(threading.current_thread())
-                self._start_thread()
-            self._demand.notify_all()
-        future.add_done_callback(self._begun.discard)
+        try:
+            with self._turn:  # the loop can look whether time may move only after all of this
+                self._require_open()
+                self._has_begun = True
+                self._uses += 1
+                future = asyncio.run_coroutine_threadsafe(coroutine, self.loop)
+                self._begun.add(future)
+                future.add_done_callback(self._begun.discard)
+                if running_loop() is not self.loop:
+                    if threading.current_thread() not in self._needy:
+                        self._note(threading.current_thread())
+                    self._start_thread()
+                self._demand.notify_all()
+        except BaseException:
+            coroutine.close()
+            self._end_silently()
+            raise
         return future
 
     def wait(self, future: concurrent.futures.Future[T], timeout: float | None = None) -> T:
@@ -211,8 +215,7 @@ class Portal:
         me, here = threading.current_thread(), running_loop()
         self._refuse_inside(here)
         with self._turn:
-            if self.is_closed:
-                raise LinkClosed("the robot was closed", hint="open a new connection")
+            self._require_open()
             self.is_closed = is_last
             if me is threading.main_thread():
                 self._signals.cancel, self._signals.waiter = _nothing, me
@@ -221,6 +224,10 @@ class Portal:
                 self._runner = me
                 self._waiting.add(me)
         return self._runner is me
+
+    def _require_open(self) -> None:
+        if self.is_closed:
+            raise LinkClosed("the robot was closed", hint="open a new connection")
 
     def _refuse_inside(self, here: asyncio.AbstractEventLoop | None) -> None:
         if here is self.loop or self._runner is threading.current_thread():
@@ -237,12 +244,17 @@ class Portal:
             if self._runner is me:
                 self._runner = None
             self._turn.notify_all()
-        if self._program_ends and me.daemon and me is not self._leaver:
-            threading.Event().wait()  # Python ends such a thread silently, and so does elib
+        self._end_silently()
         if me is threading.main_thread():
             self._signals.waiter = None
             if self._signals.came is not None:
                 raise error_of(self._signals.take()) from None
+
+    def _end_silently(self) -> None:
+        """Let a thread that nobody waits for stand still when the program ends, as Python does, instead of complain."""
+        me = threading.current_thread()
+        if self._program_ends and me.daemon and me not in (self._leaver, self._runner):
+            threading.Event().wait()
 
     def _note(self, thread: threading.Thread) -> None:
         """Record that *thread* returns to its own work; simulated time stands still for it, for a while."""
@@ -292,26 +304,29 @@ class Portal:
                     self._waiting.discard(me)
                 self._turn.notify_all()
 
-        with self._turn:  # the loop looks whether this thread waits when it wakes for the coroutine
+        with self._turn, contextlib.nullcontext() if may_run else self.lent():
+            # The loop can look whether time may move only when this thread waits, below.
             future = asyncio.run_coroutine_threadsafe(coroutine, self.loop)
             self._waiting.add(me)
-        future.add_done_callback(resume)
-        self._let_signals(future.cancel)
-        try:
-            with contextlib.nullcontext() if may_run else self.lent(), self._turn:
+            future.add_done_callback(resume)
+            self._let_signals(future.cancel)
+            try:
                 while not future.done() and not (may_run and self._runner is None):
                     if may_run and self._runner is self._thread:
                         self.loop.call_soon_threadsafe(self.loop.stop)
                     self._turn.wait(HOLDING_TIME)
                     self.check()
-                if is_runner := not future.done():
-                    self._runner = me
-            return self._run(asyncio.wrap_future(future, loop=self.loop)) if is_runner else future.result()
+            except BaseException:
+                future.cancel()
+                raise
+            if is_runner := not future.done():
+                self._runner = me
+        if is_runner:
+            return self._run(asyncio.wrap_future(future, loop=self.loop))
+        try:
+            return future.result()
         except concurrent.futures.CancelledError:
             raise LinkClosed("the call was cancelled") from None
-        except BaseException:
-            future.cancel()
-            raise
 
     def _start_thread(self) -> None:
         with self._turn:
@@ -354,26 +369,23 @@ class Portal:
 
         A thread that has worked for too long holds it back no more: it is forgotten here.
         """
+        me, now = threading.current_thread(), time.monotonic()
         with self._turn:
             if self._leaver is not None:
                 return self._leaver in self._waiting
             if not self._waiting and not self._begun:
                 return False
-        me, now = threading.current_thread(), time.monotonic()
-        for thread, since in tuple(self._working.items()):
-            if thread is me or thread in self._waiting:
-                continue  # when the interpreter ends, the main thread counts as dead, but it still waits here
-            name = self._callbacks.get(thread)
-            if thread.is_alive() and now - since < (HOLDING_TIME if name is None else CALLBACK_HOLDING_TIME):
-                return False
-            with self._turn:
-                if self._working.get(thread) != since:
-                    return False  # it has just begun something new
+            for thread, since in tuple(self._working.items()):
+                if thread is me or thread in self._waiting:
+                    continue  # when the interpreter ends, the main thread counts as dead, but it still waits here
+                name = self._callbacks.get(thread)
+                if thread.is_alive() and now - since < (HOLDING_TIME if name is None else CALLBACK_HOLDING_TIME):
+                    return False
                 del self._working[thread]
-            if name is not None:
-                reason = f"has not returned for {CALLBACK_HOLDING_TIME:g} s; simulated time goes on without it"
-                log.warning("%s %s", name, reason)
-        return len(self._callbacks) >= min(self._callback_count, CALLBACK_THREADS)  # else one is about to begin
+                if name is not None:
+                    reason = f"has not returned for {CALLBACK_HOLDING_TIME:g} s; simulated time goes on without it"
+                    log.warning("%s %s", name, reason)
+            return len(self._callbacks) >= min(self._callback_count, CALLBACK_THREADS)  # else one is about to begin
 
     # -- closing --
 
