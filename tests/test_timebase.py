@@ -18,7 +18,7 @@ from elib.base import timebase
 from elib.base.errors import ArgumentError, SimulationError, SimulationStalled
 from elib.base.timebase import (
     CATCHING_UP,
-    LONGEST_WAIT,
+    MAX_WAIT,
     LoopSpeed,
     Paced,
     PacedLoop,
@@ -263,7 +263,7 @@ def test_no_loop_waits_so_long_at_once_that_a_signal_would_have_to_wait(
     ours.setblocking(False)
     with ours, theirs, asyncio.Runner(loop_factory=lambda: new_loop(speed)) as runner:
         assert runner.run(main()) == b"!"
-    assert all(wait is not None and wait <= LONGEST_WAIT for wait in waits)
+    assert all(wait is not None and wait <= MAX_WAIT for wait in waits)
 
 
 def test_real_things_are_refused_in_simulated_time_only() -> None:

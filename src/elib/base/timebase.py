@@ -456,8 +456,8 @@ SELECTABLE = 1024
 """``select`` can wait only for files below this number."""
 COARSE = 0.02
 """s. A longer wait may end a millisecond late, and takes one system call less."""
-LONGEST_WAIT = 0.5
-"""s that a loop waits at once: a signal that comes just before a wait is handled only after it, in all of Python."""
+MAX_WAIT = 0.5
+"""s that a loop waits at once: a signal that comes right before a wait is handled only after it, in all of Python."""
 HELD_PERIOD = 0.05
 """s between two looks of a simulated loop at whether time may move again, unless it is woken."""
 LOOK_TIME = 0.02
@@ -478,7 +478,7 @@ class _PreciseSelector(selectors.DefaultSelector):
         self._factor = factor
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        timeout = LONGEST_WAIT if timeout is None else min(timeout / self._factor, LONGEST_WAIT)
+        timeout = MAX_WAIT if timeout is None else min(timeout / self._factor, MAX_WAIT)
         is_exact = timeout > 0 and (timeout < COARSE or self._factor > 1)
         if is_exact and hasattr(self, "fileno") and self.fileno() < SELECTABLE:
             select.select([self.fileno()], [], [], timeout)
@@ -508,8 +508,8 @@ class _JumpingSelector(_PreciseSelector):
             # first.
             wait = self._loop._wait()
             ready = super().select(wait) if wait > 0.0 else _look(self, 0)
-            if not ready and wait <= LONGEST_WAIT and not self._loop._jump():
-                return _look(self, LONGEST_WAIT)
+            if not ready and wait <= MAX_WAIT and not self._loop._jump():
+                return _look(self, MAX_WAIT)
             return ready
         finally:
             self._loop.turned = time.monotonic()

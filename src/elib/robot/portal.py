@@ -251,7 +251,7 @@ class Portal:
                 raise error_of(self._signals.take()) from None
 
     def _end_silently(self) -> None:
-        """Let a thread that nobody waits for stand still when the program ends, as Python does, instead of complain."""
+        """Let a daemon thread stand still from the end of the program on, as Python does, instead of raise."""
         me = threading.current_thread()
         if self._program_ends and me.daemon and me not in (self._leaver, self._runner):
             threading.Event().wait()
