@@ -5,6 +5,7 @@ import os
 import queue
 import signal
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import pytest
@@ -114,11 +115,22 @@ def test_simulated_time_goes_on_without_a_callback_that_waits_for_the_main_progr
         main_went_on.wait()
         seen.put(robot.selector().position)
 
-    with elib.connect(MAX) as robot:
+    def others_go_on() -> bool:
+        with robot._portal._turn:
+            return True
+
+    class Waiting(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            assert pool.submit(others_go_on).result(PATIENCE)
+
+    handler = Waiting(logging.WARNING)
+    with ThreadPoolExecutor(1) as pool, elib.connect(MAX) as robot:
         for _ in range(3):
             robot.callback(wait).selector()
         before = robot.time
+        logging.getLogger("elib").addHandler(handler)
         robot.sleep(10)
+        logging.getLogger("elib").removeHandler(handler)
         assert robot.time - before == pytest.approx(10)
         main_went_on.set()
         clock.now += HOLDING_TIME  # the main thread waits for something else from now on

@@ -140,7 +140,7 @@ class Portal:
                         self._note(threading.current_thread())
                     self._start_thread()
                 self._demand.notify_all()
-        except BaseException:
+        except LinkClosed:
             coroutine.close()
             self._end_silently()
             raise
@@ -369,23 +369,31 @@ class Portal:
 
         A thread that has worked for too long holds it back no more: it is forgotten here.
         """
-        me, now = threading.current_thread(), time.monotonic()
+        late: list[str] = []
         with self._turn:
-            if self._leaver is not None:
-                return self._leaver in self._waiting
-            if not self._waiting and not self._begun:
+            answer = self._may_jump_now(late)
+        for name in late:  # not under the lock: a handler of the log may wait for a thread that needs it
+            reason = f"has not returned for {CALLBACK_HOLDING_TIME:g} s; simulated time goes on without it"
+            log.warning("%s %s", name, reason)
+        return answer
+
+    def _may_jump_now(self, late: list[str]) -> bool:
+        """Return what :meth:`_may_jump` does, and add the names of callbacks that are forgotten to *late*."""
+        if self._leaver is not None:
+            return self._leaver in self._waiting
+        if not self._waiting and not self._begun:
+            return False
+        me, now = threading.current_thread(), time.monotonic()
+        for thread, since in tuple(self._working.items()):
+            if thread is me or thread in self._waiting:
+                continue  # when the interpreter ends, the main thread counts as dead, but it still waits here
+            name = self._callbacks.get(thread)
+            if thread.is_alive() and now - since < (HOLDING_TIME if name is None else CALLBACK_HOLDING_TIME):
                 return False
-            for thread, since in tuple(self._working.items()):
-                if thread is me or thread in self._waiting:
-                    continue  # when the interpreter ends, the main thread counts as dead, but it still waits here
-                name = self._callbacks.get(thread)
-                if thread.is_alive() and now - since < (HOLDING_TIME if name is None else CALLBACK_HOLDING_TIME):
-                    return False
-                del self._working[thread]
-                if name is not None:
-                    reason = f"has not returned for {CALLBACK_HOLDING_TIME:g} s; simulated time goes on without it"
-                    log.warning("%s %s", name, reason)
-            return len(self._callbacks) >= min(self._callback_count, CALLBACK_THREADS)  # else one is about to begin
+            del self._working[thread]
+            if name is not None:
+                late.append(name)
+        return len(self._callbacks) >= min(self._callback_count, CALLBACK_THREADS)  # else one is about to begin
 
     # -- closing --
 
