@@ -399,6 +399,38 @@ except KeyboardInterrupt:
 
 
 @pytest.mark.parametrize(
+    ("pool", "work"),
+    [
+        ("ThreadPoolExecutor", "robot.sleep, 2"),
+        pytest.param("ProcessPoolExecutor", "pow, 9, 9", marks=LONG),
+    ],
+)
+def test_a_pool_that_a_program_leaves_open_ends_when_its_work_is_done(pool: str, work: str, tmp_path: Path) -> None:
+    program = f"""
+import concurrent.futures, elib
+if __name__ == "__main__":
+    robot = elib.connect({FAST!r})
+    pool = concurrent.futures.{pool}(1)
+    pool.submit({work}).add_done_callback(lambda done: print(robot.proximity() and "its work is done"))
+"""
+    written(tmp_path, program)
+    done = elib("run", "my_robot.py", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, "its work is done\n")
+    assert "ended by itself" in done.stderr
+
+
+async def test_a_program_ends_although_the_name_of_a_computer_was_looked_up_for_it(tmp_path: Path) -> None:
+    file = written(tmp_path, "import elib\nrobot = elib.connect()\nrobot.set_speed(0.4, 0.4)\n")
+    motors: list[StepMotor] = []
+    meet = lambda control: motors.extend(control.simulation.robots[0].emulator.firmware.motors)  # noqa: E731
+    async with serve(SimulationSettings("square"), tcp="0", control=meet) as served:
+        robot = served[0].url.replace("127.0.0.1", "localhost")
+        done = await asyncio.to_thread(elib, "run", str(file), ELIB_ROBOT=robot)
+        assert [motor.speed for motor in motors] == [0, 0]
+    assert "ended by itself" in done.stderr
+
+
+@pytest.mark.parametrize(
     ("tokens", "message"),
     [
         (["my_robt.py"], "hint: did you mean my_robot.py?"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gc
 import inspect
 import io
 import os
@@ -12,7 +13,8 @@ import runpy
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 from traceback import StackSummary, TracebackException
 from types import ModuleType
@@ -59,6 +61,7 @@ def run_file(
         ArgumentError: The file defines several behaviours and runs none.
     """
     before = sys.argv[:], sys.path[:], sys.modules["__main__"]
+    threads_before = threading.enumerate()
     is_package = path.is_dir()
     sys.argv = [str(path), *arguments]
     sys.path[0:1] = [str(path.resolve().parent if is_package else path.parent.absolute())]
@@ -72,11 +75,32 @@ def run_file(
             found = vars(main)
         if not has_driven():
             _run_defined(found, arguments, play)
-        for thread in threading.enumerate():  # as Python does at its end
-            if thread is not threading.current_thread() and not thread.daemon:
-                thread.join()
+        _wait_for_threads(threads_before)
     finally:
         sys.argv, sys.path[:], sys.modules["__main__"] = before
+
+
+def _wait_for_threads(before: Collection[threading.Thread]) -> None:
+    """Wait for the threads that a program began, as Python does at its end: those of a pool end when its work is done.
+
+    The pool of an event loop ends with its loop, and the loops of robots that are left open still go on.
+    """
+
+    def left() -> Iterator[threading.Thread]:
+        for thread in threading.enumerate():
+            if not (thread.daemon or thread in before or thread.name.startswith("asyncio_")):
+                yield thread
+
+    while thread := next(left(), None):
+        for pool in gc.get_objects():
+            # There is no public way from a thread to its pool: these are the names in pools of threads and processes.
+            if issubclass(type(pool), Executor) and (
+                thread in getattr(pool, "_threads", ()) or thread is getattr(pool, "_executor_manager_thread", None)
+            ):
+                pool.shutdown()
+                break
+        else:
+            thread.join()
 
 
 def _run_defined(
