@@ -69,6 +69,15 @@ class PageLeft(Exception):
     """The page went to another address before it answered."""
 
 
+class NotThere(AssertionError):
+    """An expression asked for what the page does not have: a TypeError of JavaScript, such as one of ``null``."""
+
+
+def refused(result: dict) -> AssertionError:
+    """Return the error for an expression that threw one."""
+    return (NotThere if "TypeError: " in str(result) else AssertionError)(result)
+
+
 class Wire:
     """Our end of a browser's protocol: results find their calls, and events go to whoever listens.
 
@@ -121,17 +130,32 @@ class Tab:
     async def run(self, expression: str) -> object:
         """Return what a JavaScript expression gives."""
         result = await self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
-        assert "exceptionDetails" not in result, result
+        if "exceptionDetails" in result:
+            raise refused(result)
         return result["result"].get("value")
 
     async def until(self, expression: str) -> object:
-        """Wait until a JavaScript expression is true, also on the page that comes next, and return it."""
+        """Wait until a JavaScript expression is true, also on the page that comes next, and return it.
+
+        What it asks for may come later, or be away for a moment.
+        """
+        missing: NotThere | None = None
 
         async def now() -> object:
-            with contextlib.suppress(PageLeft):
+            nonlocal missing
+            missing = None
+            try:
                 return await self.run(expression)
+            except PageLeft:
+                return None
+            except NotThere as error:
+                missing = error
+                return None
 
-        return await until(now)
+        try:
+            return await until(now)
+        except AssertionError as error:
+            raise error from missing
 
     async def drawn(self) -> None:
         """Wait until what has changed is drawn."""
@@ -264,7 +288,8 @@ class FirefoxTab(Tab):
             target={"context": self._name},
             awaitPromise=True,
         )
-        assert result["type"] == "success", result
+        if result["type"] != "success":
+            raise refused(result)
         return json.loads(result["result"]["value"])
 
     async def go(self, url: str) -> None:

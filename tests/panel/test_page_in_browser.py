@@ -250,6 +250,19 @@ async def test_turning_a_phone_keeps_what_is_open(driver):
         await driver.tab.until("!!document.querySelector('.chart canvas')")
 
 
+async def test_a_button_that_goes_away_while_the_mouse_looks_for_it_is_clicked_when_it_is_back(open_page):
+    tab = await open_page("about:blank")
+    await tab.run(
+        "void (window.button = document.createElement('button'), button.textContent = 'here', window.looks = 0,"
+        " document.body.append(button), button.onclick = () => window.was = 'clicked',"
+        " window.found = () => { if (++looks === 1) setTimeout(() => button.remove());"
+        " else if (!button.isConnected) document.body.append(button); return button; })"
+    )
+    await tab.click("found()")
+    assert await tab.run("was") == "clicked"
+    await tab.close()
+
+
 # -- charts, pictures and files --
 
 
