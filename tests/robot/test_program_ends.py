@@ -61,6 +61,14 @@ ENDINGS = {
             robot.set_speed(0.5, 0.5)
         threading.Thread(target=drive).start()
         """,
+    "a thread drives by a map after the main thread's end": """
+        robot = connect(URL)
+        def drive():
+            threading.main_thread().join()
+            robot.set_pose(0.1, 0.1)
+            robot.go_to(0.11, 0.1, map=elib.Grid.of_world("square"))
+        threading.Thread(target=drive).start()
+        """,
     "it was opened in a running loop": """
         async def cell():
             global robot
@@ -129,6 +137,7 @@ def endings() -> list[object]:
         ("it is left open", REAL),
         ("a thread that has called goes on after the main thread's end", REAL),
         ("a thread opens it after the main thread's end", MAX),
+        ("a thread drives by a map after the main thread's end", MAX),
         ("it was opened in a running loop", REAL),
         ("several are left open", MAX),
         ("calls and callbacks are pending", MAX),

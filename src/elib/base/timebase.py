@@ -17,7 +17,7 @@ import weakref
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from typing import Any, Literal, Self, TypeVar, TypeVarTuple, cast
 
@@ -222,7 +222,30 @@ def _wake_up() -> None:
     """Do nothing: being called ends the loop's wait."""
 
 
-class SimulatedLoop(asyncio.SelectorEventLoop):
+class _JobLoop(asyncio.BaseEventLoop):
+    """An event loop that takes jobs after the main thread has ended, too, when Python's pools of threads take none."""
+
+    def run_in_executor(self, executor: Executor | None, func: Callable[[*_Ts], _T], *args: *_Ts) -> asyncio.Future[_T]:
+        """Run *func* in a thread."""
+        try:
+            return super().run_in_executor(executor, func, *args)
+        except RuntimeError:
+            if executor is not None or threading.main_thread().is_alive() or self.is_closed():
+                raise
+        job: Future[_T] = Future()
+        job.set_running_or_notify_cancel()
+
+        def run() -> None:
+            try:
+                job.set_result(func(*args))
+            except BaseException as error:
+                job.set_exception(error)
+
+        threading.Thread(target=run, name="elib job", daemon=True).start()
+        return asyncio.wrap_future(job, loop=self)
+
+
+class SimulatedLoop(_JobLoop, asyncio.SelectorEventLoop):
     """An event loop in simulated time: when nothing is ready it jumps exactly to the next timer.
 
     Time starts at 0.0 s and stands still while code runs, so a slow program gives the same result as a fast
@@ -392,7 +415,7 @@ else:
             super().__init__(_PreciseSelector())
 
 
-class RealLoop(_NativeLoop):
+class RealLoop(_JobLoop, _NativeLoop):
     """An event loop in real time, which begins at 0.0 s as simulated time does."""
 
     def __init__(self) -> None:
@@ -404,7 +427,7 @@ class RealLoop(_NativeLoop):
         return super().time() - self._start
 
 
-class ScaledLoop(asyncio.SelectorEventLoop):
+class ScaledLoop(_JobLoop, asyncio.SelectorEventLoop):
     """An event loop whose time runs *factor* times real time; files and sockets work as usual.
 
     Args:
