@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import signal
 import subprocess
+from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
@@ -106,6 +108,15 @@ def written(folder: Path, text: str, name: str = "my_robot.py") -> Path:
     return path
 
 
+@contextlib.asynccontextmanager
+async def served_robot() -> AsyncIterator[tuple[str, list[StepMotor]]]:
+    """Serve a robot on a TCP port; yield its URL and its motors."""
+    motors: list[StepMotor] = []
+    meet = lambda control: motors.extend(control.simulation.robots[0].emulator.firmware.motors)  # noqa: E731
+    async with serve(SimulationSettings("square"), tcp="0", control=meet) as served:
+        yield served[0].url, motors
+
+
 @pytest.mark.parametrize("style", short(STYLES, "without with", "async", "only main", "played", "swarm"))
 def test_a_program_of_any_style_runs_on_the_robot_that_is_named(style: str, tmp_path: Path) -> None:
     written(tmp_path, STYLES[style])
@@ -142,10 +153,8 @@ def test_its_time_ends_it_as_ctrl_c_does_and_the_robot_stands(style: str, tmp_pa
 @pytest.mark.parametrize("style", short(STYLES, "async", "behaviour", "callback"))
 async def test_a_program_of_any_style_that_is_killed_leaves_a_robot_that_stands(style: str, tmp_path: Path) -> None:
     file = written(tmp_path, STYLES[style].replace("sleep(2)", "sleep(600)").replace("sleep(0.5)", "sleep(600)"))
-    motors: list[StepMotor] = []
-    meet = lambda control: motors.extend(control.simulation.robots[0].emulator.firmware.motors)  # noqa: E731
-    async with serve(SimulationSettings("square"), tcp="0", control=meet) as served:
-        with started("run", str(file), "--robot", served[0].url) as running:
+    async with served_robot() as (url, motors):
+        with started("run", str(file), "--robot", url) as running:
             await until(lambda: all(motor.speed for motor in motors))
             running.process.kill()
             await until(lambda: not any(motor.speed for motor in motors))
@@ -421,11 +430,8 @@ if __name__ == "__main__":
 
 async def test_a_program_ends_although_the_name_of_a_computer_was_looked_up_for_it(tmp_path: Path) -> None:
     file = written(tmp_path, "import elib\nrobot = elib.connect()\nrobot.set_speed(0.4, 0.4)\n")
-    motors: list[StepMotor] = []
-    meet = lambda control: motors.extend(control.simulation.robots[0].emulator.firmware.motors)  # noqa: E731
-    async with serve(SimulationSettings("square"), tcp="0", control=meet) as served:
-        robot = served[0].url.replace("127.0.0.1", "localhost")
-        done = await asyncio.to_thread(elib, "run", str(file), ELIB_ROBOT=robot)
+    async with served_robot() as (url, motors):
+        done = await asyncio.to_thread(elib, "run", str(file), ELIB_ROBOT=url.replace("127.0.0.1", "localhost"))
         assert [motor.speed for motor in motors] == [0, 0]
     assert "ended by itself" in done.stderr
 

@@ -73,8 +73,8 @@ class NotThere(AssertionError):
     """An expression asked for what the page does not have: a TypeError of JavaScript, such as one of ``null``."""
 
 
-def refused(result: dict) -> AssertionError:
-    """Return the error for an expression that threw one."""
+def thrown(result: dict) -> AssertionError:
+    """Return the error that an expression ended in."""
     return (NotThere if "TypeError: " in str(result) else AssertionError)(result)
 
 
@@ -131,7 +131,7 @@ class Tab:
         """Return what a JavaScript expression gives."""
         result = await self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
         if "exceptionDetails" in result:
-            raise refused(result)
+            raise thrown(result)
         return result["result"].get("value")
 
     async def until(self, expression: str) -> object:
@@ -289,7 +289,7 @@ class FirefoxTab(Tab):
             awaitPromise=True,
         )
         if result["type"] != "success":
-            raise refused(result)
+            raise thrown(result)
         return json.loads(result["result"]["value"])
 
     async def go(self, url: str) -> None:

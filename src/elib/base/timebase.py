@@ -222,6 +222,21 @@ def _wake_up() -> None:
     """Do nothing: being called ends the loop's wait."""
 
 
+def in_thread(function: Callable[[], _T], name: str) -> Future[_T]:
+    """Call a function in a new thread, for which the end of the program does not wait, and return its future."""
+    outcome: Future[_T] = Future()
+    outcome.set_running_or_notify_cancel()
+
+    def run() -> None:
+        try:
+            outcome.set_result(function())
+        except BaseException as error:
+            outcome.set_exception(error)
+
+    threading.Thread(target=run, name=name, daemon=True).start()
+    return outcome
+
+
 class _JobLoop(asyncio.BaseEventLoop):
     """An event loop that takes jobs after the main thread has ended, too, when Python's pools of threads take none."""
 
@@ -232,17 +247,7 @@ class _JobLoop(asyncio.BaseEventLoop):
         except RuntimeError:
             if executor is not None or threading.main_thread().is_alive() or self.is_closed():
                 raise
-        job: Future[_T] = Future()
-        job.set_running_or_notify_cancel()
-
-        def run() -> None:
-            try:
-                job.set_result(func(*args))
-            except BaseException as error:
-                job.set_exception(error)
-
-        threading.Thread(target=run, name="elib job", daemon=True).start()
-        return asyncio.wrap_future(job, loop=self)
+        return asyncio.wrap_future(in_thread(lambda: func(*args), "elib job"), loop=self)
 
 
 class SimulatedLoop(_JobLoop, asyncio.SelectorEventLoop):

@@ -6,11 +6,10 @@ import asyncio
 import concurrent.futures
 import contextlib
 import signal
-import threading
 from collections.abc import Callable, Coroutine, Iterator
 from typing import Any, TypeVar
 
-from elib.base.timebase import LoopSpeed, host, new_loop, outside, running_loop
+from elib.base.timebase import LoopSpeed, host, in_thread, new_loop, outside, running_loop
 from elib.robot.signals import SHUTDOWN_TIME, SIGNALS, LoopSignals, error_of
 
 T = TypeVar("T")
@@ -85,15 +84,7 @@ def _run(main: Callable[[], Coroutine[Any, Any, T]], signals: LoopSignals) -> T:
 
 
 def _run_in_a_thread(main: Callable[[], Coroutine[Any, Any, T]], signals: LoopSignals) -> T:
-    outcome: concurrent.futures.Future[T] = concurrent.futures.Future()
-
-    def run() -> None:
-        try:
-            outcome.set_result(_run(main, signals))
-        except BaseException as error:
-            outcome.set_exception(error)
-
-    threading.Thread(target=run, name="elib run", daemon=True).start()
+    outcome = in_thread(lambda: _run(main, signals), "elib run")
     try:
         # A signal that comes just before a wait without bound is not handled before that ends, in all of Python.
         while not outcome.done():

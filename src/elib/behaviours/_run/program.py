@@ -83,7 +83,8 @@ def run_file(
 def _wait_for_threads(before: Collection[threading.Thread]) -> None:
     """Wait for the threads that a program began, as Python does at its end: those of a pool end when its work is done.
 
-    The pool of an event loop ends with its loop, and the loops of robots that are left open still go on.
+    The threads in which an event loop runs its jobs are left out. They end with the loop, and the loops of robots that
+    the program left open still go on.
     """
 
     def left() -> Iterator[threading.Thread]:
@@ -92,15 +93,21 @@ def _wait_for_threads(before: Collection[threading.Thread]) -> None:
                 yield thread
 
     while thread := next(left(), None):
-        for pool in gc.get_objects():
-            # There is no public way from a thread to its pool: these are the names in pools of threads and processes.
-            if issubclass(type(pool), Executor) and (
-                thread in getattr(pool, "_threads", ()) or thread is getattr(pool, "_executor_manager_thread", None)
-            ):
-                pool.shutdown()
-                break
-        else:
+        pool = _pool_of(thread)
+        if pool is None:
             thread.join()
+        else:
+            pool.shutdown()
+
+
+def _pool_of(thread: threading.Thread) -> Executor | None:
+    """Return the pool of threads or processes that a thread works for, if there is one."""
+    # There is no public way from a thread to its pool: these are the names in pools of threads and of processes.
+    pools: Iterator[Executor] = (each for each in gc.get_objects() if issubclass(type(each), Executor))
+    for pool in pools:
+        if thread in getattr(pool, "_threads", ()) or thread is getattr(pool, "_executor_manager_thread", None):
+            return pool
+    return None
 
 
 def _run_defined(

@@ -7,7 +7,6 @@ a client that neither writes nor reads must not hold up a stop.
 from __future__ import annotations
 
 import asyncio
-import concurrent.futures
 import contextlib
 import os
 import queue
@@ -15,6 +14,8 @@ import sys
 import threading
 from collections.abc import AsyncIterator, Callable, Iterator
 from typing import Any, TypeVar
+
+from elib.base.timebase import in_thread
 
 T = TypeVar("T")
 
@@ -85,17 +86,7 @@ class Pipes:
 
 def _in_thread(function: Callable[[], T]) -> asyncio.Future[T]:
     """Call a function in a thread that no one has to wait for."""
-    outcome: concurrent.futures.Future[T] = concurrent.futures.Future()
-
-    def work() -> None:
-        outcome.set_running_or_notify_cancel()
-        try:
-            outcome.set_result(function())
-        except BaseException as error:
-            outcome.set_exception(error)
-
-    threading.Thread(target=work, name="elib agent pipe", daemon=True).start()
-    return asyncio.wrap_future(outcome)
+    return asyncio.wrap_future(in_thread(function, "elib agent pipe"))
 
 
 class Complaints:
