@@ -59,5 +59,7 @@ static class Avoid
             Console.Error.WriteLine($"ended: {error.GetBaseException().Message}");
             Environment.ExitCode = 1;
         }
+        // Mono 6.8 crashes now and then where Main returns while the thread of its sockets works.
+        Environment.Exit(Environment.ExitCode);
     }
 }
