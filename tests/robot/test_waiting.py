@@ -7,7 +7,7 @@ import selectors
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from typing import Any
 
 import pytest
@@ -272,6 +272,27 @@ def test_calls_of_several_robots_are_waited_for_together(one: str, other: str) -
         elib.wait([ada.begin.sleep(60), bob.begin.sleep(60)], timeout=0.2)
         assert ada.time - before[0] >= 0.2 - 1e-9  # a difference of two rounded times
         assert bob.time - before[1] >= 0.2 - 1e-9
+
+
+def test_waiting_for_the_first_call_does_not_stall_the_time_of_another_robot() -> None:
+    with elib.connect(MAX) as alice, elib.connect(MAX) as bob:
+        portal, before = bob._portal, bob.time
+
+        class Late(set[Any]):
+            def discard(self, call: Any) -> None:
+                if call.cancelled():  # the wait for bob: his call ends before this is noted
+                    hold.release()
+                    wait([calls[1]._future], PATIENCE)
+                    let_turn(bob)
+                super().discard(call)
+
+        portal._begun, hold = Late(), portal.loop.hold()
+        hold.acquire()
+        calls = [alice.begin.selector(), bob.begin.sleep(1)]
+        elib.wait(calls, first=True)
+        portal.check()
+        assert calls[1].done()
+        assert bob.time - before == pytest.approx(1)
 
 
 def test_waiting_for_several_robots_ends_after_its_time_and_when_the_first_is_closed() -> None:

@@ -381,7 +381,8 @@ class Portal:
         """Return what :meth:`_may_jump` does, and add the names of callbacks that are forgotten to *late*."""
         if self._leaver is not None:
             return self._leaver in self._waiting
-        if not self._waiting and not self._begun:
+        # A call that another thread cancels has ended before it is taken out.
+        if not self._waiting and all(call.done() for call in tuple(self._begun)):
             return False
         me, now = threading.current_thread(), time.monotonic()
         for thread, since in tuple(self._working.items()):
