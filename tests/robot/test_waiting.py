@@ -274,6 +274,7 @@ def test_calls_of_several_robots_are_waited_for_together(one: str, other: str) -
         assert bob.time - before[1] >= 0.2 - 1e-9
 
 
+@pytest.mark.usefixtures("thought_takes_no_time")
 def test_waiting_for_the_first_call_does_not_stall_the_time_of_another_robot() -> None:
     with elib.connect(MAX) as alice, elib.connect(MAX) as bob:
         portal, before = bob._portal, bob.time
