@@ -40,6 +40,20 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items.sort(key=lambda item: files.index(item.path))
 
 
+def is_quick_lane(config: pytest.Config) -> bool:
+    """Return whether `make test` runs, without the long forms."""
+    return bool(config.option.markexpr == "not long")
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Give a test few random examples in the quick lane, or many: the many prove what the few do."""
+    mark = metafunc.definition.get_closest_marker("examples")
+    if mark is not None:
+        few, many = mark.args
+        quick = is_quick_lane(metafunc.config)
+        metafunc.parametrize("examples", [few if quick else many], ids=["few" if quick else "many"])
+
+
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Let signals end what a test starts, also where the tests run in the background of a shell, which ignores some."""
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP"):
@@ -52,7 +66,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
     """Say in one line what was not tried, and how to get it."""
     skipped = terminalreporter.stats.get("skipped", ())
     reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in skipped)
-    parts = ["the long forms (make test-all)"] if config.option.markexpr == "not long" else []
+    parts = ["the long forms (make test-all)"] if is_quick_lane(config) else []
     parts += [f"{count} {'test' if count == 1 else 'tests'} ({reason})" for reason, count in sorted(reasons.items())]
     if parts:
         terminalreporter.write_line(f"Not tried: {'; '.join(parts)}")

@@ -24,4 +24,4 @@ def each_once(ones: Iterable[object], others: Sequence[object]) -> list[object]:
 
 def few_and_many(few: int, many: int) -> pytest.MarkDecorator:
     """Give a test its number of random *examples*: few in the quick lane, and many in the long one."""
-    return pytest.mark.parametrize("examples", [few, pytest.param(many, marks=pytest.mark.long)], ids=["few", "many"])
+    return pytest.mark.examples(few, many)

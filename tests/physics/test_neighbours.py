@@ -103,6 +103,22 @@ def test_where_more_walls_are_near_than_a_robots_own_list_holds_none_is_missed(e
     assert min(world.proximity(robot)[sensor] for robot in (0, 1) for sensor in (0, 7)) > 3000
 
 
+def test_robots_do_the_same_in_a_room_so_large_that_it_has_few_cells_for_its_size(engine):
+    starts = tuple(Pose(pose.x + 0.7, pose.y + 0.7, pose.heading) for pose in packed(5, 4))
+    model = EpuckModel(motor_noise=0.05, quality="ideal")
+    small, large = (
+        World(Scene(side, side, starts=starts, model=model), robots=20, seed=5, engine=engine) for side in (2.0, 40.0)
+    )
+    for _ in range(20):
+        small.run(3, CONTROLLER)
+        large.run(3, CONTROLLER)
+        assert places(small) == places(large)
+        assert listed(small) == listed(large)
+    setting = large._state.world.setting[0]
+    assert setting.hash_columns * setting.hash_rows <= 20 * 20
+    assert setting.cell_columns * setting.cell_rows <= 300
+
+
 @pytest.mark.usefixtures("compiled_worlds")
 def test_of_two_walls_on_one_line_the_one_that_was_built_first_is_seen_whenever_lists_were_made():
     # A pale stretch on a long white wall; the other robot only makes the first have lists.

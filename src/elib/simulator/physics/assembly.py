@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -25,6 +26,12 @@ MIN_CELL = 0.07
 
 MAX_CELLS = 40_000
 """Most cells of each grid; larger arenas get larger cells."""
+
+CELLS_EACH = 16
+"""Most cells of the grid of moving things for each of them: all cells are emptied whenever the grid is filled."""
+
+EMPTY_ROWS = 16
+"""Most rows and columns of the grid of fixed things in a room that has none: of the four walls few are near a cell."""
 
 MAX_ENTRIES = 3_000_000
 """Walls in the cells of the grid, all told; more, and the cells are made larger."""
@@ -141,7 +148,8 @@ class Grid:
         scale: Cells a metre.
         columns: Along x.
         rows: Along y.
-        walls: For each cell the indices of the walls that a robot or thing with its centre there may see or touch.
+        walls: The indices of the walls that a robot or thing with its centre in a cell may see or touch, for each cell
+            that has some.
         discs: The same of fixed cylinders.
     """
 
@@ -150,13 +158,13 @@ class Grid:
         walls, discs = solids.walls[: solids.fixed_walls], solids.discs[: solids.fixed_discs]
         self._size = max(MIN_CELL, math.sqrt(scene.width * scene.depth / MAX_CELLS))
         if len(walls) == len(scene.edge) and not discs:
-            self._size = max(self._size, self._horizon)  # An empty room: wide cells are enough.
+            self._size = max(self._horizon, scene.width / EMPTY_ROWS, scene.depth / EMPTY_ROWS)
         while self._entries(scene, walls, discs) > MAX_ENTRIES:
             self._size *= 2
         self.scale = 1 / self._size
         self.columns, self.rows = math.ceil(scene.width / self._size), math.ceil(scene.depth / self._size)
-        self.walls: list[list[int]] = [[] for _ in range(self.columns * self.rows)]
-        self.discs: list[list[int]] = [[] for _ in range(self.columns * self.rows)]
+        self.walls: defaultdict[int, list[int]] = defaultdict(list)
+        self.discs: defaultdict[int, list[int]] = defaultdict(list)
         for k, wall in enumerate(walls):
             for cell in self._near_wall(wall):
                 self.walls[cell].append(k)
@@ -198,11 +206,12 @@ class Grid:
 
 def listed(grid: Grid) -> tuple[list[records.Cell], list[int]]:
     """Return all cells of a grid, and the lists of walls and cylinders to which they point."""
-    cells: list[records.Cell] = []
+    cells = [records.Cell()] * (grid.columns * grid.rows)  # one for all cells that have nothing
     entries: list[int] = []
-    for walls, discs in zip(grid.walls, grid.discs, strict=True):
+    for cell in sorted({*grid.walls, *grid.discs}):
+        walls, discs = grid.walls[cell], grid.discs[cell]
         middle = len(entries) + len(walls)
-        cells.append(records.Cell(len(entries), middle, middle, middle + len(discs)))
+        cells[cell] = records.Cell(len(entries), middle, middle, middle + len(discs))
         entries += [*walls, *discs]
     return cells, entries
 
@@ -214,16 +223,17 @@ def listings(solids: Solids, robots: int, horizon: float) -> list[records.Listin
 
 
 def setting(
-    scene: Scene, floor: Floor, areas: Areas, grid: Grid, profile: profiles.Profile, largest: float
+    scene: Scene, floor: Floor, areas: Areas, grid: Grid, profile: profiles.Profile, solids: Solids, robots: int
 ) -> records.Setting:
     """Return the numbers of the world as a whole."""
     model, horizon = scene.model, horizon_of(profile)
     energy = scene.energy or Energy(0.0)
+    cells = min(MAX_CELLS, CELLS_EACH * max(robots + len(solids.things), 1))
     # Any two that may be near each other lie in neighbouring cells of the hash.
     size = max(
-        horizon + max(RADIUS, largest) + 2 * STRAY,
-        2 * largest + 2 * (IN_A_TICK + STRAY),
-        math.sqrt(scene.width * scene.depth / MAX_CELLS),
+        horizon + max(RADIUS, solids.largest) + 2 * STRAY,
+        2 * solids.largest + 2 * (IN_A_TICK + STRAY),
+        math.sqrt(scene.width * scene.depth / cells),
     )
     return records.Setting(
         step=scene.step,

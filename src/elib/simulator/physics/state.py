@@ -174,7 +174,7 @@ class State:
         self.solids = solids = assembly.Solids.of(self.scene, self.boxes, self.cylinders, self.faces)
         profile = profiles.profile(self.scene.model.profile)
         grid = assembly.Grid(self.scene, solids, assembly.horizon_of(profile))
-        setting = assembly.setting(self.scene, self.floor, self.areas, grid, profile, solids.largest)
+        setting = assembly.setting(self.scene, self.floor, self.areas, grid, profile, solids, count)
         cells, lists = assembly.listed(grid)
         setting.first_all = len(lists)
         lists += range(count + len(solids.things))
