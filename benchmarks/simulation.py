@@ -155,6 +155,20 @@ def reset(anew: int) -> Work:
     return lambda: [crowd.reset(next(seeds)) for _ in range(10)], 10 * 100
 
 
+def cross(side: int) -> Work:
+    """Count simulated seconds of one robot that crosses a room without walls, opening the room included."""
+    from elib.simulator.physics import EpuckModel, Pose, Scene, World
+
+    scene = Scene(side, side, starts=(Pose(side / 2, side / 2),), model=EpuckModel())
+
+    def opened() -> None:
+        room = World(scene, engine="interpreted")
+        room.set_step_rates(0, 1000, 1000)
+        room.run(round(30 / scene.step))
+
+    return opened, 30.0
+
+
 def first_run() -> None:
     """Do what a program does at first: run with a controller, run without, read a sensor."""
     crowd = world(10, "compiled", 20)
@@ -250,6 +264,8 @@ def rows() -> list[Row]:
         Row("pictures in one call, compiled", "pictures compiled 1", "pictures compiled 0"),
         Row("evolution, 100 worlds x 1, no fitness", "fitness 0"),
         Row("evolution, 100 worlds x 1, fitness each tick", "fitness 1"),
+        Row("a room of 1 m opened and crossed, simulated s", "cross 1"),
+        Row("a room of 40 m opened and crossed, simulated s", "cross 40"),
         Row("a new world, each robot", "reset 1", "", "us", 1e6),
         Row("reset(seed), each robot", "reset 0", "reset 1", "us", 1e6),
         Row("first run with an empty cache", "compile", "", "s"),
