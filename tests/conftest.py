@@ -50,8 +50,8 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     mark = metafunc.definition.get_closest_marker("examples")
     if mark is not None:
         few, many = mark.args
-        quick = is_quick_lane(metafunc.config)
-        metafunc.parametrize("examples", [few if quick else many], ids=["few" if quick else "many"])
+        case = few if is_quick_lane(metafunc.config) else pytest.param(many, marks=pytest.mark.long)
+        metafunc.parametrize("examples", [case])
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

@@ -55,7 +55,7 @@ def test_cylinders_larger_than_the_arena_do_not_fill_the_memory():
     posts = tuple(Cylinder(12.0, 12.0, 1000.0) for _ in range(400))
     scene = Scene(25, 25, cylinders=posts, model=IDEAL)
     grid = Grid(scene, Solids.of(scene, (), posts, {"": 0}), 0.12)
-    assert sum(map(len, (*grid.walls, *grid.discs))) < MAX_ENTRIES * 1.2
+    assert sum(map(len, (*grid.walls.values(), *grid.discs.values()))) < MAX_ENTRIES * 1.2
 
 
 def test_a_jam_of_two_things_leaves_the_others_asleep(monkeypatch):
