@@ -18,6 +18,7 @@ import re
 import sys
 import tempfile
 from collections.abc import AsyncIterator, Callable, Iterator
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -74,16 +75,22 @@ def followed() -> Iterator[list[Followed]]:
         World.__init__ = make  # type: ignore[method-assign]
 
 
-def run_page(page: str, marker: str) -> list[Followed]:
-    """Run the programs of a page of the tutorial up to the one with *marker*; return the worlds of that one."""
+@cache
+def runs_of(page: str) -> list[tuple[str, list[Followed]]]:
+    """Run the programs of a page of the tutorial, once; return the text and the worlds of each."""
     path = ROOT / f"docs/tutorial/{page}.md"
     names: dict[str, object] = {"__name__": page}
+    found = []
     for block, _ in programs(path):
         with followed() as worlds, contextlib.redirect_stdout(io.StringIO()):
             exec(compile("\n" * (block.line - 1) + block.text, str(path), "exec", dont_inherit=True), names)
-        if marker in block.text:
-            return worlds
-    sys.exit(f"{path} has no program with {marker!r}")
+        found.append((block.text, worlds))
+    return found
+
+
+def run_page(page: str, marker: str) -> list[Followed]:
+    """Return the worlds of the first program of a page that has *marker*."""
+    return next(worlds for text, worlds in runs_of(page) if marker in text)
 
 
 def world_picture(page: str, marker: str) -> str:
