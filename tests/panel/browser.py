@@ -33,7 +33,8 @@ CHROMIUM_FLAGS = [
     "--no-sandbox",  # it refuses to run as root otherwise
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",  # WebGL without a graphics card; the page is our own
-    "--disable-gpu-rasterization",  # the rest of a page is drawn sooner without an emulated graphics card
+    "--disable-gpu-compositing",  # the rest of a page is drawn sooner without an emulated graphics card
+    "--disable-gpu-rasterization",
     "--disable-accelerated-2d-canvas",
     "--disable-dev-shm-usage",
     "--disable-background-networking",
@@ -60,6 +61,9 @@ BIDI_KEYS = {
 }
 """WebDriver's characters for keys that have none (https://www.w3.org/TR/webdriver2/#keyboard-actions)."""
 
+
+OF_DRIVER = "GL Driver Message (OpenGL, Performance"
+"""How chromium begins to say that its emulated graphics card is slow, which is nothing of the page."""
 
 LEFT = ["Inspected target navigated", "Execution context was destroyed", "Cannot find default execution context"]
 """What chromium answers while one page goes and the next one comes."""
@@ -275,7 +279,8 @@ class Tab:
             case "Runtime.consoleAPICalled" if params["type"] in ("error", "warning", "assert"):
                 self.complaints.append(json.dumps(params["args"]))
             case "Log.entryAdded" if params["entry"]["level"] in ("error", "warning"):
-                self.complaints.append(params["entry"]["text"] + " " + params["entry"].get("url", ""))
+                if OF_DRIVER not in params["entry"]["text"]:
+                    self.complaints.append(params["entry"]["text"] + " " + params["entry"].get("url", ""))
 
 
 class FirefoxTab(Tab):
