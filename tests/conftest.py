@@ -4,6 +4,7 @@ import os
 import random
 import signal
 from collections import Counter
+from collections.abc import Generator
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         files = sorted({item.path for item in items})
         random.Random(str(seed)).shuffle(files)
         items.sort(key=lambda item: files.index(item.path))
+
+
+@pytest.hookimpl(wrapper=True, optionalhook=True)
+def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
+    """Run one process more than there are cores: many tests wait, for a process, a page or a robot in real time."""
+    return (yield) + 1
 
 
 def is_quick_lane(config: pytest.Config) -> bool:

@@ -10,11 +10,22 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, cast
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from elib.base.errors import ArgumentError
 from elib.base.files import open_file, reason_of
-from elib.records.mcapwriter import CHANNEL, CHUNK_SIZE, MAGIC, MAX_PACKED, MESSAGE, SCHEMA
+from elib.records.mcapwriter import (
+    ATTACHMENT,
+    CHANNEL,
+    CHUNK,
+    CHUNK_SIZE,
+    FOOTER,
+    MAGIC,
+    MAX_PACKED,
+    MESSAGE,
+    METADATA,
+    SCHEMA,
+)
 
 if TYPE_CHECKING:
     from mcap.records import Chunk, McapRecord
@@ -77,20 +88,26 @@ def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iter
 def _records_in(stream: BinaryIO, health: Health) -> Iterator[McapRecord]:
     """Yield the whole records of a file, and chunks as they are. What stands between two of them is damaged."""
     from mcap.exceptions import McapError
-    from mcap.records import Chunk
-    from mcap.stream_reader import StreamReader
 
     size = os.fstat(stream.fileno()).st_size
-    source = cast("Any", _Bounded(stream, size))
     begin, last = stream.tell(), 0  # where the record begins, and the last chunk
     for _ in range(MAX_GAPS):
-        reader = StreamReader(source, skip_magic=True, emit_chunks=True, record_size_limit=MAX_RECORD)
         try:
-            for record in reader.records:
-                if isinstance(record, Chunk):
+            kind = 0
+            while kind != FOOTER:
+                kind, length = _HEAD.unpack(stream.read(_HEAD.size))
+                if length > min(MAX_RECORD, size - stream.tell()):
+                    raise EOFError  # it must neither fill the memory nor pass for a record
+                record = _record(kind, stream.read(length))
+                if kind == CHUNK:
                     last = begin
                 begin = stream.tell()
-                yield record
+                if record:
+                    yield record
+                else:
+                    health.ends_at = begin
+            if stream.read(len(MAGIC)) != MAGIC:
+                raise EOFError
             health.is_complete, health.ends_at = True, stream.tell()
             return
         except (McapError, EOFError, struct.error, ValueError, UnicodeDecodeError):
@@ -119,17 +136,22 @@ class _Damaged(Exception):
     """A chunk cannot be read."""
 
 
-class _Bounded:
-    """A file that is not read beyond its end: a damaged length must neither fill the memory nor pass for a record."""
+def _record(kind: int, data: bytes) -> McapRecord | None:
+    """Return a record; None for one that only helps to find others: to read the indexes takes a third of all time."""
+    from mcap import records
+    from mcap.data_stream import ReadDataStream
 
-    def __init__(self, stream: BinaryIO, size: int) -> None:
-        self._stream, self._size = stream, size
-
-    def read(self, length: int) -> bytes:
-        """Return *length* bytes; raise an error if fewer are left, or a record may not have so many."""
-        if not 0 <= length <= min(MAX_RECORD, self._size - self._stream.tell()):
-            raise EOFError
-        return self._stream.read(length)
+    if kind == MESSAGE:
+        channel, sequence, logged, published = _MESSAGE.unpack_from(data)
+        return records.Message(channel, logged, data[_MESSAGE.size :], published, sequence)
+    forms: Mapping[int, Any] = {
+        SCHEMA: records.Schema,
+        CHANNEL: records.Channel,
+        CHUNK: records.Chunk,
+        ATTACHMENT: records.Attachment,
+        METADATA: records.Metadata,
+    }
+    return forms[kind].read(ReadDataStream(io.BytesIO(data))) if kind in forms else None
 
 
 def _unpacked(chunk: Chunk) -> bytes:
@@ -180,9 +202,8 @@ def _parts_in(data: bytes) -> Iterator[McapRecord]:
     Raises:
         _Damaged: A record is not whole.
     """
-    from mcap.data_stream import ReadDataStream
     from mcap.exceptions import McapError
-    from mcap.records import Channel, Message, Schema
+    from mcap.records import Message
 
     place = 0
     try:
@@ -194,9 +215,8 @@ def _parts_in(data: bytes) -> Iterator[McapRecord]:
             if kind == MESSAGE:
                 channel, sequence, logged, published = _MESSAGE.unpack_from(data, begin)
                 yield Message(channel, logged, data[begin + _MESSAGE.size : place], published, sequence)
-            elif kind in (CHANNEL, SCHEMA):
-                form = Channel if kind == CHANNEL else Schema
-                yield form.read(ReadDataStream(io.BytesIO(data[begin:place])))
+            elif kind in (CHANNEL, SCHEMA) and (record := _record(kind, data[begin:place])):
+                yield record
     except (struct.error, UnicodeDecodeError, McapError):
         raise _Damaged from None
 
