@@ -88,14 +88,17 @@ def runs_of(page: str) -> list[tuple[str, list[Followed]]]:
     return found
 
 
-def run_page(page: str, marker: str) -> list[Followed]:
+def worlds_of(page: str, marker: str) -> list[Followed]:
     """Return the worlds of the first program of a page that has *marker*."""
-    return next(worlds for text, worlds in runs_of(page) if marker in text)
+    for text, worlds in runs_of(page):
+        if marker in text:
+            return worlds
+    sys.exit(f"{page} has no program with {marker!r}")
 
 
 def world_picture(page: str, marker: str) -> str:
     """Return the drawing of where the robots went in a program, seen from above."""
-    world, moments = run_page(page, marker)[-1]
+    world, moments = worlds_of(page, marker)[-1]
     trails = [[poses[robot] for _, poses in moments] for robot in range(world.robots)]
     document = draw(world.snapshot(beams=True), trails=trails, size=SHOWN)
     assert document is not None
@@ -104,7 +107,7 @@ def world_picture(page: str, marker: str) -> str:
 
 def map_picture() -> Image.Image:
     """Return the map that the program of page 7 leaves, without most of what is unknown."""
-    run_page("07-where-am-i", "elib.play(explore")
+    worlds_of("07-where-am-i", "elib.play(explore")
     with Image.open("explored.png") as image:
         left, top, right, bottom = ImageOps.invert(image).point(lambda grey: 255 * (abs(grey - 127) > 20)).getbbox()
         known = image.crop((left - 4, top - 4, right + 4, bottom + 4))
@@ -113,7 +116,7 @@ def map_picture() -> Image.Image:
 
 def home_picture() -> Image.Image:
     """Return the way home of page 7, from where the robot was carried to."""
-    world, moments = run_page("07-where-am-i", "elib.Localiser(grid)")[-1]
+    world, moments = worlds_of("07-where-am-i", "elib.Localiser(grid)")[-1]
     path = [poses[0] for _, poses in moments]
     carried = next(k for k, (a, b) in enumerate(pairwise(path), 1) if math.dist((a.x, a.y), (b.x, b.y)) > 2 * STEP)
     draw(world.snapshot(), "home.png", trails=[path[carried:]], size=SHOWN)
@@ -133,7 +136,7 @@ def machine_picture(page: str, marker: str) -> str:
 
 def gap_picture() -> str:
     """Return the chart of a drive whose link is cut for three seconds."""
-    _, moments = run_page("03-when-things-fail", "robot.drive(0.25)")[-1]
+    _, moments = worlds_of("03-when-things-fail", "robot.drive(0.25)")[-1]
     began = moments[0][1][0]
     left, right, top, bottom, seconds, reach = 70.0, 700.0, 50.0, 280.0, 11.0, 0.5
     picture = Picture(740, 340, "How far the robot went: it drives on while the link is cut, and then comes back")
@@ -161,7 +164,7 @@ def gap_picture() -> str:
 
 def camera_picture() -> Image.Image:
     """Return what the program of page 1 saves."""
-    run_page("01-first-robot", "picture.save")
+    worlds_of("01-first-robot", "picture.save")
     with Image.open("ahead.png") as image:
         return image.convert("P", palette=Image.Palette.ADAPTIVE)
 

@@ -278,9 +278,9 @@ class Tab:
                 self.complaints.append(json.dumps(params["exceptionDetails"]))
             case "Runtime.consoleAPICalled" if params["type"] in ("error", "warning", "assert"):
                 self.complaints.append(json.dumps(params["args"]))
-            case "Log.entryAdded" if params["entry"]["level"] in ("error", "warning"):
-                if OF_DRIVER not in params["entry"]["text"]:
-                    self.complaints.append(params["entry"]["text"] + " " + params["entry"].get("url", ""))
+            case "Log.entryAdded" if (entry := params["entry"])["level"] in ("error", "warning"):
+                if OF_DRIVER not in entry["text"]:
+                    self.complaints.append(entry["text"] + " " + entry.get("url", ""))
 
 
 class FirefoxTab(Tab):

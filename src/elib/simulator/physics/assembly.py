@@ -27,11 +27,11 @@ MIN_CELL = 0.07
 MAX_CELLS = 40_000
 """Most cells of each grid; larger arenas get larger cells."""
 
-CELLS_EACH = 16
+MAX_CELLS_EACH = 16
 """Most cells of the grid of moving things for each of them: all cells are emptied whenever the grid is filled."""
 
-EMPTY_ROWS = 16
-"""Most rows and columns of the grid of fixed things in a room that has none: of the four walls few are near a cell."""
+MAX_EMPTY_ROWS = 16
+"""Most rows, and most columns, of the grid of fixed things in a room that has none but its four walls."""
 
 MAX_ENTRIES = 3_000_000
 """Walls in the cells of the grid, all told; more, and the cells are made larger."""
@@ -158,7 +158,7 @@ class Grid:
         walls, discs = solids.walls[: solids.fixed_walls], solids.discs[: solids.fixed_discs]
         self._size = max(MIN_CELL, math.sqrt(scene.width * scene.depth / MAX_CELLS))
         if len(walls) == len(scene.edge) and not discs:
-            self._size = max(self._horizon, scene.width / EMPTY_ROWS, scene.depth / EMPTY_ROWS)
+            self._size = max(self._horizon, scene.width / MAX_EMPTY_ROWS, scene.depth / MAX_EMPTY_ROWS)
         while self._entries(scene, walls, discs) > MAX_ENTRIES:
             self._size *= 2
         self.scale = 1 / self._size
@@ -228,7 +228,7 @@ def setting(
     """Return the numbers of the world as a whole."""
     model, horizon = scene.model, horizon_of(profile)
     energy = scene.energy or Energy(0.0)
-    cells = min(MAX_CELLS, CELLS_EACH * max(robots + len(solids.things), 1))
+    cells = min(MAX_CELLS, MAX_CELLS_EACH * max(robots + len(solids.things), 1))
     # Any two that may be near each other lie in neighbouring cells of the hash.
     size = max(
         horizon + max(RADIUS, solids.largest) + 2 * STRAY,
